@@ -2,11 +2,13 @@
 
     python build_scripts/importers.py [MODEL...] [--effects] [-o PAGE.md]
 
-One line for each model and flavour, one column for each importer: the largest difference of the
-joint position from `simulate`, in rad; or ok, for those that only read; or FAILED, and why below.
-The last model has several effects (named below the table); `--effects` adds each effect of the
-catalogue alone, at typical numbers. `-o` writes the table as a page of the site, with the time that
-each importer takes for a communication step of 1 ms, versions, and what each does not support:
+One line for each model and flavour, one column for each importer: the largest difference from
+`simulate`, in rad, of the joint position and of what a sensor reads where an effect acts on that,
+of forces and torques the deflection that makes as much; or ok, for those that only read; or FAILED,
+and why below. The last model has several effects (named below the table); `--effects` adds each
+effect of the catalogue alone, at typical numbers. `-o` writes the table as a page of the site, with
+the time that each importer takes for a communication step of 1 ms, versions, what failed, and what
+each does not support:
 
     python build_scripts/importers.py --effects -o fmu_src/site/importers.md
 
@@ -36,6 +38,7 @@ from typing import Any
 import numpy as np
 
 from elastic_tendon import effects
+from elastic_tendon.actuator.design import design
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model, load_model, models, typical_value
 from elastic_tendon.actuator.variables import interface
@@ -81,7 +84,9 @@ def start_of(model: Model) -> dict[str, float]:
     return START | ({"motor_torque": MOTOR_TORQUE} if model.kind.has_rotor else {})
 
 
-def expected(model: Model, time: Array, start: dict[str, float]) -> Trajectory:
+def expected(
+    model: Model, time: Array, start: dict[str, float], tolerance: float = TOLERANCE
+) -> Trajectory:
     """What `simulate` gives at constant inputs."""
     inputs = interface(*model.structure).input_names
     held = {name: np.full(time.size, value) for name, value in start.items() if name in inputs}
@@ -90,13 +95,45 @@ def expected(model: Model, time: Array, start: dict[str, float]) -> Trajectory:
         *(model, time, held.get("motor_position")),
         motor_torque=held.get("motor_torque"),
         initial_state=states,
-        tolerance=TOLERANCE,
+        tolerance=tolerance,
     )
 
 
-def _apart(model: Model, time: Array, position: Array, start: dict[str, float]) -> float:
-    """Largest difference of a joint position from that of `simulate`, rad."""
-    return float(np.abs(expected(model, time, start)["joint_position"] - position).max())
+def compared(model: Model) -> tuple[str, ...]:
+    """Outputs that are compared: the joint position, and what sensors read that effects act on."""
+    names = interface(*model.structure).output_names
+    return ("joint_position", *(name for name in names if name.startswith("measured_")))
+
+
+def _apart(model: Model, time: Array, found: Sequence[Array], start: dict[str, float]) -> float:
+    """Largest difference of what is `compared` from `simulate`, rad.
+
+    What holds before the first step, not all importers show.
+    """
+    wanted = expected(model, time, start)
+    return max(
+        float(np.abs(wanted[name] - values)[1:].max()) / _per_rad(model, name)
+        for name, values in zip(compared(model), found, strict=True)
+    )
+
+
+def _per_rad(model: Model, output: str) -> float:
+    """What a radian of deflection makes of a force or a torque; of a position it is itself."""
+    if output.endswith("position"):
+        return 1.0
+    stiffness = design(model).stiffness_state_3
+    radius = model.transmission.joint_pulley_radius
+    return stiffness / radius if output.endswith("force") else stiffness
+
+
+def _own_error(model: Model) -> float:
+    """How far `simulate` is from itself at a hundredth of the tolerance, rad."""
+    time = np.arange(0.0, DURATION, STEP)
+    usual, finer = (
+        expected(model, time, start_of(model), tolerance)
+        for tolerance in (TOLERANCE, 0.01 * TOLERANCE)
+    )
+    return float(np.abs(usual["joint_position"] - finer["joint_position"]).max())
 
 
 def with_typical(model: Model, effect_id: str) -> Model:
@@ -125,7 +162,7 @@ def toolbox_check(path: Path, _model: Model) -> None:
 def _fmpy(path: Path, model: Model, kind: str, **options: bool) -> Found:
     from fmpy import simulate_fmu
 
-    start, steps = start_of(model), list[float]()
+    start, steps, names = start_of(model), list[float](), compared(model)
 
     def stepped(_time: float, _recorder: object) -> bool:
         steps.append(perf_counter())
@@ -138,13 +175,13 @@ def _fmpy(path: Path, model: Model, kind: str, **options: bool) -> Found:
         output_interval=STEP,
         relative_tolerance=TOLERANCE,
         start_values=start,
-        output=["joint_position"],
+        output=list(names),
         step_finished=stepped,
         **options,
     )
     time, rows = np.unique(run["time"], return_index=True)  # at events there may be two
     step_time = (steps[-1] - steps[0]) / (len(steps) - 1)
-    return Found(_apart(model, time, run["joint_position"][rows], start), step_time)
+    return Found(_apart(model, time, [run[name][rows] for name in names], start), step_time)
 
 
 def fmpy_co_simulation(path: Path, model: Model) -> Found:
@@ -181,7 +218,9 @@ def casadi_model_exchange(path: Path, model: Model) -> Found:
         for name, value in start.items():
             imported.set(name, value)
         rates = imported.create("rates", ["x", "u"], ["ode"])
-        names = {"x": imported.x(), "u": imported.u()}
+        imported.set_y(list(compared(model)))  # it reads no enumeration
+        shown = imported.create("shown", ["x", "u"], ["y"])
+        names = {"x": imported.x(), "u": imported.u(), "y": imported.y()}
         x0 = np.array([motion[name][0] for name in names["x"]])  # some starts are calculated
         u0 = np.array([start.get(name, 0.0) for name in names["u"]])
         compare_jacobian(rates, x0, u0)
@@ -189,8 +228,9 @@ def casadi_model_exchange(path: Path, model: Model) -> Found:
         problem = {"x": x, "p": u, "ode": rates(x, u)}
         options = {"abstol": 1e-11, "reltol": 1e-11}
         integrate = ca.integrator("integrate", "cvodes", problem, 0.0, list(time), options)
-        states = np.array(integrate(x0=x0, p=u0)["xf"])
-    return Found(_apart(model, time, states[names["x"].index("joint_position")], start))
+        outputs = np.array(shown(integrate(x0=x0, p=u0)["xf"], u0))
+    found = [outputs[names["y"].index(name)] for name in compared(model)]
+    return Found(_apart(model, time, found, start))
 
 
 def compare_jacobian(rates: Any, x: Array, u: Array) -> None:
@@ -218,14 +258,14 @@ def ecos_co_simulation(path: Path, model: Model) -> Found:
     load_tbb()
     from ecospy import EcosSimulation, EcosSimulationStructure
 
-    start = start_of(model)
+    start, names = start_of(model), compared(model)
     starts = {"one": start, "other": start | {"joint_velocity": -start["joint_velocity"]}}
     values = {
         f"{name}::{variable}": value
         for name, start in starts.items()
         for variable, value in start.items()
     }
-    rows = []
+    rows = [(0.0, *np.zeros(len(starts) * len(names)))]
     with EcosSimulationStructure() as structure:
         for name in starts:
             structure.add_model(name, str(path))
@@ -235,14 +275,14 @@ def ecos_co_simulation(path: Path, model: Model) -> Found:
             began = perf_counter()
             while simulation.get_time() < DURATION:
                 simulation.step()
-                positions = [simulation.get_real(f"{name}::joint_position") for name in starts]
-                rows.append((simulation.get_time(), *positions))
-            step_time = (perf_counter() - began) / len(rows) / len(starts)
+                shown = (simulation.get_real(f"{one}::{name}") for one in starts for name in names)
+                rows.append((simulation.get_time(), *shown))
+            step_time = (perf_counter() - began) / (len(rows) - 1) / len(starts)
             simulation.terminate()
-    time, *positions = np.array([(0.0, 0.0, 0.0), *rows]).T
-    pairs = zip(positions, starts.values(), strict=True)
-    apart = max(_apart(model, time, position, start) for position, start in pairs)
-    return Found(apart, step_time)
+    time, *columns = np.array(rows).T
+    shares = np.split(np.array(columns), len(starts))
+    pairs = zip(shares, starts.values(), strict=True)
+    return Found(max(_apart(model, time, [*found], start) for found, start in pairs), step_time)
 
 
 def libcosim_co_simulation(path: Path, model: Model) -> Found:
@@ -261,19 +301,19 @@ def libcosim_co_simulation(path: Path, model: Model) -> Found:
     index = execution.add_local_slave(slave)
     observer = CosimObserver.create_last_value()
     execution.add_observer(observer)
-    start = start_of(model)
+    start, names = start_of(model), compared(model)
     for name, value in start.items():
         execution.real_initial_value(index, reference[name], value)
-    rows = [(0.0, 0.0)]
+    rows = [(0.0, *np.zeros(len(names)))]
     began = perf_counter()
     while rows[-1][0] < DURATION:
         if not execution.step():
             raise ImporterError(f"no step at {rows[-1][0]} s")
-        values = observer.last_real_values(index, [reference["joint_position"]])
-        rows.append((1e-9 * execution.status().current_time, values[0]))
+        values = observer.last_real_values(index, [reference[name] for name in names])
+        rows.append((1e-9 * execution.status().current_time, *values))
     step_time = (perf_counter() - began) / (len(rows) - 1)
-    time, position = np.array(rows).T
-    return Found(_apart(model, time, position, start), step_time)
+    time, *found = np.array(rows).T
+    return Found(_apart(model, time, found, start), step_time)
 
 
 def fmuloader_co_simulation(path: Path, model: Model) -> Found:
@@ -300,20 +340,20 @@ def fmuloader_co_simulation(path: Path, model: Model) -> Found:
             slave.get_float64,
             {"tolerance": TOLERANCE},
         )
-    start = start_of(model)
+    start, shown = start_of(model), [references[name] for name in compared(model)]
     set_numbers([references[name] for name in start], [*start.values()])
     slave.enter_initialization_mode(**begin)
     slave.exit_initialization_mode()
-    rows = [(0.0, 0.0)]
+    rows = [(0.0, *np.zeros(len(shown)))]
     began = perf_counter()
     while rows[-1][0] < DURATION:
         slave.do_step(rows[-1][0], STEP)
-        rows.append((rows[-1][0] + STEP, *get_numbers([references["joint_position"]])))
+        rows.append((rows[-1][0] + STEP, *get_numbers(shown)))
     step_time = (perf_counter() - began) / (len(rows) - 1)
     slave.terminate()
     slave.free_instance()
-    time, position = np.array(rows).T
-    return Found(_apart(model, time, position, start), step_time)
+    time, *found = np.array(rows).T
+    return Found(_apart(model, time, found, start), step_time)
 
 
 # ---- importers and flavours ----------------------------------------------------------------
@@ -451,7 +491,8 @@ def outcome(importer: Importer, path: Path, model: Model) -> Outcome:
     if found is None:
         return Outcome("ok")
     if not found.apart <= importer.allowed:
-        told = f"{found.apart:.2g} rad from simulate, {importer.allowed:g} allowed"
+        told = f"{found.apart:.2g} rad from simulate, {importer.allowed:g} allowed; simulate is "
+        told += f"{_own_error(model):.1g} from itself at a hundredth of the tolerance"
         return Outcome("FAILED", told)
     return Outcome(f"{found.apart:.1g}", step_time=found.step_time)
 
@@ -503,10 +544,11 @@ def page(rows: Sequence[tuple[str, Sequence[Outcome]]]) -> str:
         "# Importers",
         "Every bundled model, each effect alone at typical numbers, and several at once, as FMUs "
         "in the importers that can be installed from the package index. A cell shows the largest "
-        "difference of the joint position from `simulate`, in rad, over a motion through slack at "
-        "constant inputs, and the time that the importer takes for a step of 1 ms; ok where it "
-        "only reads; – where it does not know the kind of FMU. Effects on a rotor are driven by a "
-        "torque. Made by `build_scripts/importers.py`.",
+        "difference from `simulate`, in rad, over a motion through slack at constant inputs: of "
+        "the joint position, and of what a sensor reads where an effect acts on that, of forces "
+        "and torques the deflection that makes as much; and the time that the importer takes for "
+        "a step of 1 ms; ok where it only reads; – where it does not know the kind of FMU. Effects "
+        "on a rotor are driven by a torque. Made by `build_scripts/importers.py`.",
         "\n".join(
             f"| {' | '.join(cells)} |"
             for cells in (
@@ -516,6 +558,7 @@ def page(rows: Sequence[tuple[str, Sequence[Outcome]]]) -> str:
             )
         ),
         f"Several effects: {listed}.",
+        *_failed(rows),
         "## Versions, and what each does not support",
         "\n".join(f"* {one.name} ({one.version}): {one.lacks}." for one in IMPORTERS),
         "## What could not be installed",
@@ -524,6 +567,21 @@ def page(rows: Sequence[tuple[str, Sequence[Outcome]]]) -> str:
         "Packages that run FMUs through one of these importers have no column of their own.",
     ]
     return "\n\n".join(lines) + "\n"
+
+
+def _failed(rows: Sequence[tuple[str, Sequence[Outcome]]]) -> Iterator[str]:
+    if listed := _failures(rows):
+        yield "## What failed"
+        yield "\n".join(f"* {failure}." for failure in listed)
+
+
+def _failures(rows: Sequence[tuple[str, Sequence[Outcome]]]) -> list[str]:
+    return [
+        f"{title}, {importer.name}: {result.failure}"
+        for title, found in rows
+        for importer, result in zip(IMPORTERS, found, strict=True)
+        if result.failure
+    ]
 
 
 def _cell(outcome: Outcome) -> str:
@@ -544,24 +602,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ElasticTendonError as error:
         print(error, file=sys.stderr)
         return 1
-    failures, rows = [], []
+    rows = []
     print(_line("difference from simulate, rad", [importer.name for importer in IMPORTERS]))
     for title, model in wanted:
         for flavour in COMPILED if title in effects.BY_ID else EVERY:
             found = list(outcomes(model, flavour))
             rows.append((f"{title}, {flavour}", found))
             print(_line(f"{title}, {flavour}", [result.cell for result in found]), flush=True)
-            failures += [
-                f"{title}, {flavour}, {importer.name}: {result.failure}"
-                for importer, result in zip(IMPORTERS, found, strict=True)
-                if result.failure
-            ]
     if given.output:
         given.output.write_text(page(rows))
     listed = ", ".join(several_effects().effect_ids)
     print(f"\n-: not for this flavour; 0: to the last bit; several effects: {listed}")
     if not all(importer.installed for importer in IMPORTERS):
         print(INSTALL)
+    failures = _failures(rows)
     print("", *failures, sep="\n")
     return 1 if failures else 0
 

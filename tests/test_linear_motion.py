@@ -5,6 +5,7 @@ import zipfile
 from dataclasses import replace
 from io import StringIO
 
+import control
 import fmpy
 import numpy as np
 import pandas as pd
@@ -34,8 +35,8 @@ CONTENT = {
 }
 ROTARY = et.load_model(CONTENT)
 LINEAR = et.load_model({**CONTENT, "motion": "linear"})
-# units of a machine that turns, as no text of one that slides has them
-TURNING = re.compile(r"\bm?rad\b|N·m\b|kg·m²|\bN\.m\b|\bkg\.m2\b|_rad\b|_Nm\b")
+# units of a machine that turns, as no text of one that slides has them; a phase may be in degrees
+TURNING = re.compile(r"\bm?rad\b|N·m\b|kg·m²|\bN\.m\b|\bkg\.m2\b|_rad\b|_Nm\b|(?<!phase \()°")
 
 
 def recording(**units):
@@ -176,6 +177,11 @@ WITH_SPRINGS = et.load_model(
 )
 
 
+def _loop(stiffness, edge):
+    """A loop that keeps an oscillation up where it meets this stiffness."""
+    return control.ss([[0.0, 1.0], [-stiffness, stiffness - edge]], [[0], [1]], [[1, 0]], 0)
+
+
 @pytest.fixture(scope="module")
 def results():
     """Of a machine with springs, what can be printed and drawn."""
@@ -186,13 +192,29 @@ def results():
     measured = et.read(pd.DataFrame({"time_s": TIME, **table}))
     compared = et.compare(WITH_SPRINGS.with_values({"link.damping": 0.3}), measured)
     varied = points([parse_factor(WITH_SPRINGS, "link.inertia=5%")], "monte-carlo", 2)
+    describing = et.describing_function(WITH_SPRINGS, [0.05, 0.3], frequency=5.0)
     return {
         "trajectory": moved,
         "recording": measured,
         "location": et.locate(compared),
         "design": et.design(WITH_SPRINGS),
         "linear": et.linearise(WITH_SPRINGS, "III"),
-        "describing": et.describing_function(WITH_SPRINGS, [0.05, 0.3], frequency=5.0),
+        "describing": describing,
+        "no cycle": et.limit_cycles(describing, lambda stiffness, _: _loop(stiffness, 1.0)),
+        "cycle": et.limit_cycles(
+            describing, lambda stiffness, _: _loop(stiffness, sum(describing.stiffness) / 2)
+        ),
+        "curve": et.characteristic_curves(WITH_SPRINGS)[0],
+        "many": et.simulate_many(
+            *(WITH_SPRINGS, {"link.damping": [0.1, 0.3]}, TIME, motor, load),
+            outputs=["joint_position", "joint_torque"],
+        ),
+        "sensitivities": et.sensitivities(
+            *(WITH_SPRINGS, TIME, motor, load),
+            parameters=["link.inertia"],
+            initial_states=["joint_velocity"],
+        ),
+        "fit": et.fit(WITH_SPRINGS, measured, free=["link.damping"]),
         "sweep": et.sweep(simulations(WITH_SPRINGS, varied)),
     }
 
@@ -205,6 +227,16 @@ def test_what_is_printed_and_drawn_counts_in_metres(results):
     units = {row.unit for row in results["design"].rows().values()}
     assert units == {"m", "N", "N/m", "N.s/m", "kg", "1/s"}
     assert "m/s" not in results["linear"].summary()
+    assert results["cycle"].cycles
+    assert results["no cycle"].reason
+
+
+def test_only_what_turns_is_drawn_in_degrees_too(results):
+    drawn = {name: results[name].plot() for name in ("curve", "describing")}
+    turning = et.characteristic_curves(et.models.figure_7)[0].plot()
+    assert "(°)" in " ".join(text.get_text() for text in turning.findobj(Text))
+    for figure in drawn.values():
+        assert not any("°" in text.get_text() for text in figure.findobj(Text))
 
 
 def test_what_turns_is_no_candidate_for_a_machine_that_slides():

@@ -114,6 +114,7 @@ def test_what_drove_an_arm_before_is_forgotten_at_reset():
 
 def test_one_elastic_joint_leaves_the_others_free():
     arm = Arm(robot(), {"shoulder": ACTUATORS["shoulder"]})
+    assert repr(arm) == "Arm of 4 joints (base, shoulder, elbow, wrist), elastic: shoulder"
     hand = arm.data.qpos[3]
     for _ in range(200):
         arm.step(arm.motor_position, 0.0)

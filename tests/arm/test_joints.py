@@ -120,8 +120,18 @@ def test_joints_and_models_have_the_same_names(recordings):
         cut_into_joints(robot(0), {"knee": ACTUATORS["elbow"]}, recordings)
 
 
+def test_springs_need_to_know_where_their_motor_is(recordings):
+    elbow = recordings["elbow"]
+    given = recordings | {"elbow": Measurement(time=elbow.time, signals=elbow.signals)}
+    with pytest.raises(ArmError, match="of elbow has no motor_position, which its springs need; "):
+        cut_into_joints(robot(0), TRUE, given)
+
+
 def test_loads_are_those_of_a_robot_that_moves_as_a_formula_says():
-    """A free swinging hand on a held arm: the wrist's load is gravity's, m g l cos."""
+    """A free swinging hand on a held arm: the wrist's load is gravity's, m g l cos.
+
+    Joints without springs need no motor position.
+    """
     text = f"<mujoco><worldbody>{links(0)}</worldbody></mujoco>"
     known = mujoco.MjModel.from_xml_string(text)
     known.dof_damping[:] = 0.0
@@ -129,12 +139,14 @@ def test_loads_are_those_of_a_robot_that_moves_as_a_formula_says():
     wrist = 0.5 * np.sin(3.0 * time)
     position = dict.fromkeys(JOINTS, 0 * time) | {"wrist": wrist}
     held = {
-        name: Measurement(time=time, motor_position=at, signals={"joint_position": at}).with_noise(
-            {"joint_position": 1e-6}
-        )
+        name: Measurement(
+            time=time,
+            motor_position=at if name == "wrist" else None,
+            signals={"joint_position": at},
+        ).with_noise({"joint_position": 1e-6})
         for name, at in position.items()
     }
-    load = cut_into_joints(known, TRUE, held)["wrist"].recording
+    load = cut_into_joints(known, {"wrist": TRUE["wrist"]}, held)["wrist"].recording
     hand = known.body("hand").id
     weight = known.body_mass[hand] * 9.81 * known.body_ipos[hand][0]
     expected = weight * np.cos(np.interp(load.time, time, wrist))

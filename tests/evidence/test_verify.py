@@ -110,11 +110,29 @@ def test_a_spring_that_damps_is_replayed_with_the_motors_velocity(tmp_path) -> N
     assert found.lines[-1] == "unsigned"
 
 
-def test_what_sensors_do_and_smooth_inputs_are_stated_and_not_replayed() -> None:
+@pytest.mark.usefixtures("made_soon")
+def test_what_sensors_of_the_joint_read_is_replayed(tmp_path) -> None:
+    recording = replace(et.load_demo().recording.window(0.0, 1.0), interpolation="linear")
+    model = friction_model().with_effect("joint_encoder_offset", {"offset": 0.05})
+    model = model.with_effect("joint_torque_gain", {"error": 0.2})
+    pulled = et.simulate(friction_model(), recording)["joint_torque"]
+    signals = {**recording.signals, "joint_torque": pulled}
+    evidence = et.gather_evidence(model, replace(recording, signals=signals))
+    found = et.verify(et.export_fmu(model, tmp_path / "x.fmu", evidence=evidence))
+    assert found.passed, found.faults
+    assert "not replayed" not in str(found)
+    (errors,) = found.errors.values()
+    assert errors["joint_position"][0] > 0.04
+    for stated, replayed in errors.values():
+        assert replayed == pytest.approx(stated, rel=1e-6)
+
+
+def test_late_readings_a_motors_sensor_and_smooth_inputs_are_stated_and_not_replayed() -> None:
     recording = replace(et.load_demo().recording, interpolation="linear")
     assert replayable(friction_model(), recording)
     late = friction_model().with_effect("measurement_delay", {"delay": 0.01})
     assert not replayable(late, recording)
+    assert not replayable(friction_model().with_effect("motor_encoder_offset", {}), recording)
     assert not replayable(friction_model(), replace(recording, interpolation="cubic"))
 
 

@@ -1,5 +1,7 @@
 """The model that runs in the page of an FMU."""
 
+import json
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -11,6 +13,7 @@ pytest.importorskip("axe_playwright_python")
 from fmu_cases import MODELS
 
 from app_driver import CHROMIUM
+from elastic_tendon.actuator.design import design
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.variables import interface
 from elastic_tendon.fmu import live
@@ -32,6 +35,11 @@ def page_of(model: Model, panel: str) -> bytes:
 def moved_by_torque() -> Model:
     content = MODELS["effects"].model_dump(exclude_none=True) | {"motor": {"inertia": 0.01}}
     return Model.model_validate(content).at("torque")
+
+
+def that_slides() -> Model:
+    content = MODELS["effects"].model_dump(exclude_none=True)
+    return Model.model_validate(content | {"motion": "linear"})
 
 
 def written(model: Model, folder: Path) -> Path:
@@ -73,6 +81,20 @@ def test_a_step_follows_the_pointer(page: Path) -> None:
         panel.settle()
         assert before < float(time.input_value()) < 100
         panel.page.mouse.up()
+
+
+def test_one_that_slides_is_shown_in_metres_and_newtons(tmp_path: Path) -> None:
+    model = that_slides()
+    assert not re.search(r"\brad\b|N·m\b|kg·m²", json.dumps(live.groups(model), ensure_ascii=False))
+    with opened(written(model, tmp_path)) as panel:
+        panel.wait()
+        assert re.search(r"Largest joint force [\d.]+ N\.", panel.numbers)
+        panel.press("step of the motor position", "End")
+        told = panel.slider("step of the motor position").get_attribute("aria-valuetext")
+        limits = (-design(model).negative_max_deflection, design(model).positive_max_deflection)
+        farthest = 2.0 * min(limits) / model.transmission.motor_share
+        assert told == f"{farthest:.3g} m"
+        assert panel.faults == []
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])

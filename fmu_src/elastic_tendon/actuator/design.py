@@ -11,6 +11,7 @@ import numpy as np
 
 from elastic_tendon.actuator import transmission as tendons
 from elastic_tendon.actuator.interfaces import WITH_SPRINGS
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.actuator.transmission import FloatArray
@@ -198,7 +199,8 @@ class CharacteristicCurve(Result):
 
     `deflection` (n,) rad, `torque` (n,) N·m on the joint, `stiffness` (n,) N·m/rad.
     `slack_boundaries` (2,) rad holds those of (14), `boundary_torques` (2,) N·m the torque
-    there; outside the limits, which happens above (30), they are NaN.
+    there; outside the limits, which happens above (30), they are NaN. `motion` : whether the
+    machine turns or slides; then metres and newtons stand for rad and N·m.
     """
 
     pretension: float
@@ -207,14 +209,17 @@ class CharacteristicCurve(Result):
     stiffness: FloatArray
     slack_boundaries: FloatArray
     boundary_torques: FloatArray
+    motion: MotionKind = MotionKind.ROTARY
 
     def summary(self) -> str:
         """Pretension, and the ranges of deflection, torque and stiffness."""
         columns = ("deflection", "rad"), ("torque", "N·m"), ("stiffness", "N·m/rad")
         lines = [f"Characteristic curve at a pretension of {self.pretension:.4g} N"]
+        words = self.motion.words
         for name, unit in columns:
             values = getattr(self, name)
-            lines.append(f"  {name:10} {values.min():11.4g} to {values.max():11.4g} {unit}")
+            least, most = f"{values.min():11.4g}", f"{values.max():11.4g}"
+            lines.append(f"  {words(name):10} {least} to {most} {words(unit)}")
         return "\n".join(lines)
 
     def to_dataframe(self) -> "pd.DataFrame":
@@ -232,8 +237,9 @@ class CharacteristicCurve(Result):
     def plot(self) -> "Figure":
         """Draw torque and stiffness over deflection."""
         from elastic_tendon.reports.figures import curves_figure
+        from elastic_tendon.reports.worded import worded_figure
 
-        return curves_figure([self], "characteristic curve")
+        return worded_figure(curves_figure([self], "characteristic curve"), self.motion)
 
 
 def characteristic_curves(
@@ -291,4 +297,5 @@ def _curve(model: Model, pretension: float) -> CharacteristicCurve:
         stiffness=tendons.characteristic_stiffness(deflection, transmission),
         slack_boundaries=boundaries,
         boundary_torques=tendons.characteristic_torque(boundaries, transmission),
+        motion=model.motion,
     )

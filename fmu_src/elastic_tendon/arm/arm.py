@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.arm.robot import joint_numbers, mass_matrix, mujoco
+from elastic_tendon.arm.robot import joint_numbers, joints_of, mass_matrix, mujoco
 from elastic_tendon.arm.stability import largest_stable_step
 from elastic_tendon.effects import BY_ID
 from elastic_tendon.errors import ArmError, SimulationError
@@ -72,6 +72,10 @@ class Arm:
         self._force = self.data.qfrc_applied
         self.actuators = Actuators([_at_joint(*pair) for pair in actuators.items()])
         self.reset()
+
+    def __repr__(self) -> str:
+        every = joints_of(self.robot)
+        return f"Arm of {len(every)} joints ({', '.join(every)}), elastic: {', '.join(self.joints)}"
 
     def reset(
         self, joint_position: ArrayLike | None = None, motor_position: ArrayLike | None = None

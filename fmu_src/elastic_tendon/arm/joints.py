@@ -51,8 +51,9 @@ def cut_into_joints(
     ----------
     robot : mujoco.MjModel without what hides; all of its joints are hinges
     actuators : name of a joint -> Model of its actuator, of the joints that are elastic
-    recordings : name of a joint -> Measurement of its motor and joint positions, of every joint
-        and with the same times; loads recorded there act beside what the arm does
+    recordings : name of a joint -> Measurement of its motor and joint positions, of a joint without
+        springs the latter alone; of every joint, with the same times; loads recorded there act
+        beside what the arm does
 
     Returns
     -------
@@ -61,7 +62,8 @@ def cut_into_joints(
     Raises
     ------
     ArmError
-        where joints and recordings do not belong together, or times are not evenly spaced
+        where joints and recordings do not belong together, a position is missing, or times are
+        not evenly spaced
     """
     time = _common_time(robot, actuators, recordings)
     names = joints_of(robot)
@@ -115,6 +117,12 @@ def _common_time(
     for name in names:
         if "joint_position" not in recordings[name].signals:
             raise ArmError(f"the recording of {name} has no joint_position, which the loads need")
+        measured = {**recordings[name].inputs, **recordings[name].signals}
+        if name in actuators and "motor_position" not in measured:
+            raise ArmError(
+                f"the recording of {name} has no motor_position, which its springs need; give the "
+                "motor's angle, or leave the joint out of the actuators"
+            )
     steps = np.diff(first.time)
     if len(steps) < _WIDEST or np.ptp(steps) > 0.01 * steps.mean():
         raise ArmError(

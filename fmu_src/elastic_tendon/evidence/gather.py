@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 
 from elastic_tendon.actuator.parameters import Model, load_model
-from elastic_tendon.actuator.variables import FORCE_READINGS, interface, moved_states
+from elastic_tendon.actuator.variables import interface, moved_states
 from elastic_tendon.comparison.compare import compare
 from elastic_tendon.comparison.comparison import Comparison, FileComparison
+from elastic_tendon.effects.base import Slot
 from elastic_tendon.errors import EvidenceError, ModelError, SimulationError
 from elastic_tendon.estimation.coordinates import free_parameters
 from elastic_tendon.estimation.determinability import CONFIDENCE
@@ -192,14 +193,13 @@ def gather_evidence(
 def replayable(model: Model, measurement: Measurement) -> bool:
     """Whether an FMU can be driven as the recording was simulated.
 
-    Effects of sensors act where model and data meet, and are not in what a replay reads of an FMU;
-    cubic inputs no importer knows.
+    What sensors read are outputs of an FMU, too. But beside a recording the motor is where its
+    encoder must be to read what was recorded, and delays are exact; an FMU is told where the motor
+    is, and takes a delay to first order. Cubic inputs no importer knows.
     """
-    variables = interface(*model.structure)
-    of_sensors = variables.reads_signals or any(
-        effect.slot in FORCE_READINGS for effect in variables.effects
-    )
-    return measurement.input_interpolation != "cubic" and not of_sensors
+    slots = {effect.slot for effect in interface(*model.structure).effects}
+    otherwise = slots & {Slot.MOTOR_SIGNAL, Slot.SIGNAL_DELAY}
+    return measurement.input_interpolation != "cubic" and not otherwise
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from elastic_tendon.actuator.variables import (
     SIGNALS,
     interface,
     moved_states,
+    reading_of,
 )
 from elastic_tendon.comparison.residuals import rms
 from elastic_tendon.errors import EvidenceError
@@ -377,10 +378,11 @@ class _Check:
             run = runner(folder, self.name, experiment)
             measured = self._table(f"{recording['experiment']}_measured", ("time", *stated))
             for signal, rmse in stated.items():
-                replayed = rms(run.outputs[signal] - measured[signal])
+                reading = reading_of(signal, run.outputs)
+                replayed = rms(run.outputs[reading] - measured[signal])
                 self.errors[recording["name"]][signal] = rmse, replayed
                 noise = recording["signals"][signal]["noise"]["sigma"]
-                if not abs(replayed - rmse) <= _SAME * (rmse + noise) + run.off[signal]:
+                if not abs(replayed - rmse) <= _SAME * (rmse + noise) + run.off[reading]:
                     self.faults.append(
                         f"{recording['name']}: the RMS error of {signal} is {replayed:.6g} "
                         f"{self._unit(signal)}, stated is {rmse:.6g}"

@@ -100,6 +100,7 @@ _BUILD_LINK = ' <a href="#build">Build from source</a>'
 _PART = re.compile(
     "<!-- springs -->\n(?P<springs>.*?)(?:<!-- else -->\n(?P<none>.*?))?<!-- end -->\n", re.DOTALL
 )
+_SCRIPTS = re.compile(r"(<script.*?</script>)", re.DOTALL)
 _GREEK = {"theta": "θ", "tau": "τ"}
 
 Cell = str | Element
@@ -410,5 +411,9 @@ def documentation(
     -------
     dict of bytes by path; equal arguments give equal bytes
     """
-    page = model.motion.words(_index(model, variables, fmi_version, library, panel))
-    return {"documentation/index.html": page.encode(), **licenses()}
+    page = _index(model, variables, fmi_version, library, panel)
+    worded = "".join(
+        part if part.startswith("<script") else model.motion.words(part)
+        for part in _SCRIPTS.split(page)  # which the page's policy names by their digests
+    )
+    return {"documentation/index.html": worded.encode(), **licenses()}

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from elastic_tendon import effects
 from elastic_tendon.actuator.design import design
-from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model, typical_value
 from elastic_tendon.actuator.quantity import Quantity, unit_text
 from elastic_tendon.actuator.variables import SIGNALS, interface
@@ -24,7 +23,7 @@ from elastic_tendon.native.interpolation import INTERPOLATIONS
 from elastic_tendon.native.library import DEFAULT_TOLERANCE, page_module
 from elastic_tendon.native.shared import OUTCOMES, places_in_page
 from elastic_tendon.progress import Progress, silent
-from elastic_tendon.simulation.excitation import MOTOR_AMPLITUDE
+from elastic_tendon.simulation.excitation import motor_amplitude
 from elastic_tendon.simulation.simulate import EVENT_CAPACITY, given_names
 
 Intervals = Mapping[str, tuple[float, float]]  # of estimates, by dotted path
@@ -126,7 +125,7 @@ def _number(
     unit = "" if quantity.unit == "1" else unit_text(quantity.unit)
     return Number(
         path=quantity.path,
-        label=" ".join(parts[2 if of_effect else 1 :]).replace("_", " "),
+        label=model.motion.words(" ".join(parts[2 if of_effect else 1 :]).replace("_", " ")),
         note=quantity.meaning,
         unit=unit,
         value=value,
@@ -182,7 +181,8 @@ def groups(model: Model, intervals: Intervals | None = None) -> list[dict[str, A
         found.setdefault((rank, title), []).append(vars(number) | {"place": place})
     ordered = sorted(found.items(), key=lambda group: group[0][0])
     return [
-        {"title": title, "open": rank < 2, "numbers": members} for (rank, title), members in ordered
+        {"title": model.motion.words(title), "open": rank < 2, "numbers": members}
+        for (rank, title), members in ordered
     ]
 
 
@@ -196,11 +196,11 @@ def _step(model: Model) -> dict[str, Any]:
     periods = _PERIODS * 2.0 * math.pi / table.frequency_state_3 if model.kind.has_link else 1.0
     duration = min(max(periods, _SHORTEST), _LONGEST)
     share = model.transmission.motor_share
-    size = MOTOR_AMPLITUDE / share
+    size = motor_amplitude(table) / share
     if model.kind.has_rotor:
         size *= table.stiffness_state_3 * share**2
-    unit = unit_text(SIGNALS[signal].unit)
-    words = signal.replace("_", " ")
+    unit = unit_text(model.motion.unit(SIGNALS[signal].unit))
+    words = _words(model, signal)
     return {
         "signal": signal,
         "title": f"a step of the {words}",
@@ -220,7 +220,7 @@ class LiveRecording:
     `time` (n,) s; `inputs` (n,) arrays by name, SI; `slopes` of them, per second, where they run
     in curves; `start` : first value of the states by name; `measured` (n,) arrays by signal, SI;
     `readings` : the output that shows what a signal's sensor reads; `small`, `small_unit` : factor
-    from SI to the unit of the first signal's error.
+    from SI to the unit of the first signal's error, as of a machine that turns.
     """
 
     title: str
@@ -233,6 +233,15 @@ class LiveRecording:
     readings: Mapping[str, str]
     small: float
     small_unit: str
+
+
+def _words(model: Model, signal: str) -> str:
+    return model.motion.words(signal.replace("_", " "))
+
+
+def _shown(model: Model, signal: str) -> dict[str, str]:
+    unit = unit_text(model.motion.unit(SIGNALS[signal].unit))
+    return {"words": _words(model, signal), "unit": unit}
 
 
 def _packed(values: NDArray[np.float64]) -> str:
@@ -252,8 +261,9 @@ def _recorded(model: Model, recording: LiveRecording) -> dict[str, Any]:
         "start": [recording.start.get(state.name, state.start) for state in states],
         "measured": {name: _packed(values) for name, values in recording.measured.items()},
         "readings": recording.readings,
+        "erring": _words(model, next(iter(recording.measured))),
         "small": recording.small,
-        "smallUnit": recording.small_unit,
+        "smallUnit": model.motion.words(recording.small_unit),
     }
 
 
@@ -292,6 +302,7 @@ def live_panel(
         **described(model, progress),
         "groups": groups(model, intervals),
         "step": _step(model),
+        "shown": {name: _shown(model, name) for name in ("joint_position", "joint_torque")},
         "recording": None if recording is None else _recorded(model, recording),
     }
     if len(content["module"]) > LARGEST:
@@ -300,8 +311,8 @@ def live_panel(
 
 
 def runs_in_page(model: Model) -> bool:
-    """Whether a page can show a model: it turns, has springs, and the numbers of its link."""
-    return model.motion is MotionKind.ROTARY and model.kind.has_springs and not model.link.absent
+    """Whether a page can show a model: it has springs, and the numbers of its link."""
+    return model.kind.has_springs and not model.link.absent
 
 
 def fmu_panel(model: Model) -> str:

@@ -295,7 +295,7 @@ def _first_harmonic(model: Model, deflection: float, amplitude: float, omega: fl
     averaged = _averaged(np.array(harmonics[-AVERAGED:]))
     if averaged is None:
         raise LinearisationError(
-            f"{model.name}: at an amplitude of {amplitude:g} rad and {omega:g} rad/s the torque "
+            f"{model.name}: {_where(model, amplitude, omega)} the {model.motion.words('torque')} "
             f"still drifts after {CYCLES} cycles; choose a frequency nearer to 1 / the time "
             "constant of what relaxes"
         )
@@ -347,9 +347,14 @@ def _cycle(
         if error <= HELD * amplitude:
             return torque, dict(zip(motion.state_names, motion.states[-1], strict=True))
     raise LinearisationError(
-        f"{model.name}: at an amplitude of {amplitude:g} rad and {omega:g} rad/s the joint cannot "
-        "be moved against the tendons as exactly as needed; choose a higher frequency"
+        f"{model.name}: {_where(model, amplitude, omega)} the joint cannot be "
+        "moved against the tendons as exactly as needed; choose a higher frequency"
     )
+
+
+def _where(model: Model, amplitude: float, omega: float) -> str:
+    unit, per_time = model.motion.unit("rad"), model.motion.frequency_unit
+    return f"at an amplitude of {amplitude:g} {unit} and {omega:g} {per_time}"
 
 
 def _phase() -> Array:

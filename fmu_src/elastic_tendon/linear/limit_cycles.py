@@ -273,7 +273,7 @@ def _same(first: LimitCycle, second: LimitCycle) -> bool:
 
 def _why_none(describing: DescribingFunction, largest_parts: Array, crosses: bool) -> str:
     low, high = describing.amplitudes[[0, -1]]
-    between = f"between {low:.4g} and {high:.4g} rad"
+    between = describing.model.motion.words(f"between {low:.4g} and {high:.4g} rad")
     if crosses:
         return f"a real pole crosses zero {between}: the loop drifts away without oscillating"
     if (largest_parts <= 0).all():

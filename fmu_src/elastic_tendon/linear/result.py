@@ -153,12 +153,12 @@ class LinearModel(Result, control.StateSpace):  # type: ignore[misc]  # control 
         validity, at = self.validity, self.validity.operating_point
         poles = sorted(self.poles(), key=lambda pole: (abs(pole), pole.imag))
         listed = ", ".join(f"{pole:.4g}" for pole in poles)
-        unit = self.motion.frequency_unit
+        unit, words, load = self.motion.frequency_unit, self.motion.words, at.inputs["load_torque"]
         return "\n".join(
             (
                 f"Linear model of {self.actuator}, {validity.slack_state.label}",
-                self.motion.words(f"  deflection   {at.outputs['deflection']:.4g} rad"),
-                self.motion.words(f"  load torque  {at.inputs['load_torque']:.4g} N·m"),
+                words(f"  deflection   {at.outputs['deflection']:.4g} rad"),
+                f"  {words('load torque'):12} {words(f'{load:.4g} N·m')}",
                 f"  active there {'yes' if validity.active else 'no'}",
                 f"  states       {', '.join(self.state_labels)}",
                 f"  inputs       {', '.join(self.input_labels)}",

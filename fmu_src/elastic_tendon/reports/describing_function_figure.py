@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from elastic_tendon.actuator.design import design
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.transmission import deflection_limits, slack_boundaries
 from elastic_tendon.linear.describing_function import DescribingFunction
 from elastic_tendon.linear.limit_cycles import LimitCycle
@@ -61,8 +62,9 @@ def describing_function_figure(
     rows[0].legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), frameon=False)
     rows[-1].set_xlabel("amplitude of the deflection (rad)")
     rows[-1].set_xlim(0.0, function.amplitudes[-1])
-    degrees = rows[0].secondary_xaxis("top", functions=(np.rad2deg, np.deg2rad))
-    degrees.set_xlabel("amplitude of the deflection (°)")
+    if function.model.motion is MotionKind.ROTARY:
+        degrees = rows[0].secondary_xaxis("top", functions=(np.rad2deg, np.deg2rad))
+        degrees.set_xlabel("amplitude of the deflection (°)")
     figure.suptitle(_title(function))
     return figure
 

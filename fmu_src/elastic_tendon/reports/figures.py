@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 
 from elastic_tendon.actuator import design
 from elastic_tendon.actuator.design import CharacteristicCurve
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.reports.names import verbatim
 
@@ -67,8 +68,9 @@ def curves_figure(
     stiffness_axes.set_ylabel("stiffness (N·m/rad)")
     stiffness_axes.set_xlabel(r"joint deflection $q - {}^j\theta$ (rad)")
     stiffness_axes.set_ylim(bottom=0.0)
-    degrees = torque_axes.secondary_xaxis("top", functions=(np.rad2deg, np.deg2rad))
-    degrees.set_xlabel("joint deflection (°)")
+    if curves[0].motion is MotionKind.ROTARY:
+        degrees = torque_axes.secondary_xaxis("top", functions=(np.rad2deg, np.deg2rad))
+        degrees.set_xlabel("joint deflection (°)")
     for axes in (torque_axes, stiffness_axes):
         axes.grid(visible=True, color="0.9")
         axes.axhline(0.0, color="0.6", linewidth=0.8)

@@ -6,6 +6,7 @@ from math import degrees, pi
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.variables import JOINT_MOTION
 from elastic_tendon.linear.analysis import (
     JOINT_TORQUE,
@@ -207,7 +208,8 @@ def _add(table: Table, label: str, cells: Sequence[str]) -> None:
 
 def _deflection(model: LinearModel) -> str:
     value = model.validity.operating_point.outputs["deflection"]
-    return f"{_digits(value)} rad\n{degrees(value):.4g}°"
+    turned = f"\n{degrees(value):.4g}°" if model.motion is MotionKind.ROTARY else ""
+    return f"{_digits(value)} rad{turned}"
 
 
 def _input(name: str, unit: str) -> Callable[[LinearModel], str]:

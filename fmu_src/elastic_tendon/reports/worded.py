@@ -1,6 +1,6 @@
 """Reports in the units and words of a machine that turns or slides; they are made for the former.
 
-Commands, code and data stay as they are.
+Commands, code and data stay as they are, and the panel of `fmu.live`, which has its words already.
 """
 
 import json
@@ -13,7 +13,7 @@ from matplotlib.text import Text
 
 from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.fmu.live import script_safe
-from elastic_tendon.reports.html.blocks import Code, Plot
+from elastic_tendon.reports.html.blocks import Code, Live, Plot
 
 _DATA = ("bdata", "customdata")  # of a figure's JSON, which holds no words
 
@@ -34,7 +34,7 @@ def worded_blocks(value: Any, motion: MotionKind) -> Any:
     value : a block of `html.blocks`, text, or a tuple of these
     motion : MotionKind
     """
-    if motion is MotionKind.ROTARY or isinstance(value, Code):
+    if motion is MotionKind.ROTARY or isinstance(value, Code | Live):
         return value
     if isinstance(value, str):
         return motion.words(value)

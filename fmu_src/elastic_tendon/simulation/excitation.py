@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elastic_tendon.actuator.design import design
+from elastic_tendon.actuator.design import DesignTable, design
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model, sizes_of
 
 Array = NDArray[np.float64]
@@ -13,7 +14,7 @@ Array = NDArray[np.float64]
 DURATION = 10.0  # s
 RATE = 500.0  # samples per s
 RAMP = 1.0  # s in which the motion fades in, so that it starts from rest
-MOTOR_AMPLITUDE = 0.3  # rad at the joint
+MOTOR_AMPLITUDE = 0.3  # rad at the joint, of a machine that turns
 # shares of the natural frequency with both tendons taut: slow enough to follow, fast enough
 # to show the dynamics
 MOTOR_FREQUENCIES = (0.05, 0.13, 0.31)
@@ -29,6 +30,20 @@ class Excitation:
     time: Array
     motor_position: Array
     load_torque: Array
+
+
+def motor_amplitude(table: DesignTable) -> float:
+    """How far a motor moves its joint to show what an actuator does, rad or m.
+
+    How long the way of a machine that slides is, nothing says: as far as its springs may stretch.
+
+    Parameters
+    ----------
+    table : DesignTable
+    """
+    if table.model.motion is MotionKind.ROTARY:
+        return MOTOR_AMPLITUDE
+    return min(abs(table.negative_max_deflection), abs(table.positive_max_deflection))
 
 
 def default_excitation(model: Model) -> Excitation:
@@ -63,6 +78,6 @@ def default_excitation(model: Model) -> Excitation:
     load = min(BEYOND_SLACK * slack, LARGEST_SHARE * largest)
     return Excitation(
         time=time,
-        motor_position=ratio * MOTOR_AMPLITUDE * ramp * np.sum(sines, axis=0),
+        motor_position=ratio * motor_amplitude(table) * ramp * np.sum(sines, axis=0),
         load_torque=load * ramp * swing,
     )

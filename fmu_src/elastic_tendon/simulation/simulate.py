@@ -135,14 +135,14 @@ class Sensitivities(Result):
 
     def summary(self) -> str:
         """Length, and the largest derivatives of joint position and joint torque."""
-        time = self.trajectory.time
+        time, motion = self.trajectory.time, self.trajectory.motion
         lines = [f"Sensitivities over {time[-1] - time[0]:.4g} s, {len(time)} samples; at most"]
         sizes = (np.abs(self.of(output)).max(axis=0) for output in self.main_outputs)
-        of_outputs = [_UNITS[output] for output in self.main_outputs]
+        of_outputs = [motion.words(_UNITS[output]) for output in self.main_outputs]
         for name, unit, *values in zip(self.names, self.units, *sizes, strict=True):
             pairs = zip(values, of_outputs, strict=True)
             most = " and ".join(f"{value:.4g} {own}" for value, own in pairs)
-            lines.append(f"  by {name}: {most} per {unit_text(unit)}")
+            lines.append(f"  by {name}: {most} per {motion.words(unit_text(unit))}")
         return "\n".join(lines)
 
     def to_dataframe(self) -> "pd.DataFrame":
@@ -169,8 +169,9 @@ class Sensitivities(Result):
     def plot(self) -> "Figure":
         """Draw the derivatives of joint position and joint torque over time."""
         from elastic_tendon.reports.trajectory_figure import sensitivities_figure
+        from elastic_tendon.reports.worded import worded_figure
 
-        return sensitivities_figure(self)
+        return worded_figure(sensitivities_figure(self), self.trajectory.motion)
 
 
 @dataclass(frozen=True, repr=False)
@@ -178,13 +179,15 @@ class Many(Result):
     """Chosen outputs of k runs of one motion, each with its own parameters.
 
     `time` (n,), s; `outputs` (k, n_outputs, n) in the order of `output_names`, NaN of a run that
-    failed; `failures` : k reasons, "" where the run went well.
+    failed; `failures` : k reasons, "" where the run went well. `motion` : whether the machine turns
+    or slides.
     """
 
     time: Array
     outputs: Array
     output_names: tuple[str, ...]
     failures: tuple[str, ...]
+    motion: MotionKind = MotionKind.ROTARY
 
     def summary(self) -> str:
         """How many runs, how many of them failed, and the range of each output over all."""
@@ -193,7 +196,7 @@ class Many(Result):
         lines += [f"  the first: {reason}" for reason in failed[:1]]
         if len(failed) < len(self.failures):
             for index, name in enumerate(self.output_names):
-                lines.append(_range(name, self.outputs[:, index]))
+                lines.append(self.motion.words(_range(name, self.outputs[:, index])))
         return "\n".join(lines)
 
     def to_dataframe(self) -> "pd.DataFrame":
@@ -216,8 +219,9 @@ class Many(Result):
     def plot(self) -> "Figure":
         """Draw each output over time, a line for each run, at most 100."""
         from elastic_tendon.reports.trajectory_figure import runs_figure
+        from elastic_tendon.reports.worded import worded_figure
 
-        return runs_figure(self.to_dataframe())
+        return worded_figure(runs_figure(self.to_dataframe()), self.motion)
 
 
 def _range(name: str, values: Array) -> str:
@@ -609,7 +613,7 @@ def simulate_many(
     failures = [""] * k
     for i in np.flatnonzero(outcome):
         failures[i] = reason(outcome[i], stopped[i])
-    return Many(motion.time, values, tuple(outputs), tuple(failures))
+    return Many(motion.time, values, tuple(outputs), tuple(failures), model.motion)
 
 
 def _parameter_sets(model: Model, varied: Mapping[str, ArrayLike], as_measured: bool) -> Array:

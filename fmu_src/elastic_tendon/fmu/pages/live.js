@@ -28,7 +28,7 @@
 
   const digits = (value, count = 3) => String(Number(value.toPrecision(count)));
   const withUnit = (value, unit) => (unit ? `${digits(value)} ${unit}` : digits(value));
-  const words = (name) => name.replaceAll("_", " ");
+  const withAxis = ({ words, unit }) => `${words} (${unit})`;
 
   // ---- sliders --------------------------------------------------------------------------------
 
@@ -208,17 +208,21 @@
     };
     const rows = [
       {
-        title: "joint position (rad)",
+        title: withAxis(content.shown.joint_position),
         lines: [{ values: motor, colour: "--faint", dash: [4, 3], label: "motor" }],
       },
-      { title: "joint torque (N·m)", lines: [], states: shown.column("slack_state") },
+      {
+        title: withAxis(content.shown.joint_torque),
+        lines: [],
+        states: shown.column("slack_state"),
+      },
     ];
     rows[0].lines.push(...lines("joint_position"));
     rows[1].lines.push(...lines("joint_torque"));
     const [first] = Object.keys(shown.measured);
     if (first) {
       const values = errorOf(shown, first);
-      const title = `error of the ${words(first)} (${content.recording.smallUnit})`;
+      const title = `error of the ${content.recording.erring} (${content.recording.smallUnit})`;
       rows.splice(1, 0, { title, lines: [{ values, colour: "--accent" }] });
     }
     return rows;
@@ -245,11 +249,13 @@
     if (first) {
       const error = errorOf(shown, first);
       const rms = Math.sqrt(error.reduce((sum, one) => sum + one * one, 0) / error.length);
-      said.push(`RMS error of the ${words(first)} ${withUnit(rms, content.recording.smallUnit)}.`);
+      const { erring, smallUnit } = content.recording;
+      said.push(`RMS error of the ${erring} ${withUnit(rms, smallUnit)}.`);
     }
     const share = Math.round(100 * slack);
     said.push(`A tendon is slack ${share} % of the time (shaded: I the lower one, II the upper).`);
-    said.push(`Largest joint torque ${withUnit(most(shown.column("joint_torque")), "N·m")}.`);
+    const { words, unit } = content.shown.joint_torque;
+    said.push(`Largest ${words} ${withUnit(most(shown.column("joint_torque")), unit)}.`);
     if (most(shown.column("overstretched")) > 0) said.push("A spring is overstretched.");
     return said.join(" ");
   }

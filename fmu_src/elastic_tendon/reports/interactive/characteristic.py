@@ -7,6 +7,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 
 from elastic_tendon.actuator.design import CharacteristicCurve, characteristic_curves
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.transmission import SlackState
 from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, broken
@@ -14,7 +15,6 @@ from elastic_tendon.reports.interactive.theme import LIGHT, Theme, blank, broken
 MARGIN = 0.07  # on each side of the curves, share of their range
 TINT = 0.13  # opacity of what lies behind a slack state
 WIDE = 0.19  # share of the deflections; a slack state that takes less has no room for its words
-HOVER = "%{x:.4g} rad, %{customdata:.3g}°: %{y:.4g} N·m<extra></extra>"
 
 
 def characteristic(
@@ -116,8 +116,13 @@ def _draw_line(
         mode="lines",
         name=name,
         line=line,
-        hovertemplate=HOVER,
+        hovertemplate=_hover(curve),
     )
+
+
+def _hover(curve: CharacteristicCurve) -> str:
+    degrees = ", %{customdata:.3g}°" if curve.motion is MotionKind.ROTARY else ""
+    return f"%{{x:.4g}} rad{degrees}: %{{y:.4g}} N·m<extra></extra>"
 
 
 def _draw_marks(figure: go.Figure, curve: CharacteristicCurve, theme: Theme) -> None:
@@ -138,5 +143,5 @@ def _draw_marks(figure: go.Figure, curve: CharacteristicCurve, theme: Theme) -> 
                 mode="markers",
                 name=name,
                 marker=marker,
-                hovertemplate=HOVER,
+                hovertemplate=_hover(curve),
             )
