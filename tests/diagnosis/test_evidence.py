@@ -252,8 +252,11 @@ def test_beside_something_unknown_a_richer_law_has_to_be_heard_beside_a_simpler_
     near, exact = Made(("coulomb_friction",), 1.2), Made(("lugre_friction",), 1.0)
     assert audible(exact, [near, exact])
     noise = {"joint_position": NoiseFloor(3e-3, "white", "what was given", spectrum=1e-3)}
-    exact.result.problem.measurements = (SimpleNamespace(static=False, noise=noise),)
-    assert not audible(exact, [near, exact])
+    more, less = Made(("coulomb_friction",), 1.4), Made(("lugre_friction",), 1.2)
+    for answer in (exact, less):
+        answer.result.problem.measurements = (SimpleNamespace(static=False, noise=noise),)
+    assert not audible(less, [more, less])
+    assert audible(exact, [near, exact])  # it leaves nothing unknown
 
 
 @pytest.mark.parametrize(

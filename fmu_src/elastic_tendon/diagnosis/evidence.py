@@ -240,7 +240,7 @@ def audible(answer: Answer, answers: Sequence[Answer]) -> bool:
     own = _mean_square(answer.floored)
     unknown = max(map(_unknown_noise, answer.result.problem.measurements), default=0.0)
     # beside something unknown a richer law of the same thing has to earn its parameters so too
-    beside = own > MUCH or unknown > AUDIBLE**2
+    beside = own > MUCH or (unknown > AUDIBLE**2 and own > AT_NOISE)
     laws = set(simpler(in_order(answer.added))) if beside else set()
     return all(
         worth_hearing(_mean_square(part.floored), own, unknown)
