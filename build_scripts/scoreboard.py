@@ -170,8 +170,7 @@ def recorded(name: str, folder: Path, start: float = 0.0) -> et.Measurement:
 
 
 SLOW, FAST = "mrd_run_04.csv", "mrd_run_44.csv"
-RUBBING = tuple(map(frozenset, (["coulomb_friction"], ["tendon_guide_friction"])))
-JAW = (*RUBBING, frozenset(["coulomb_friction", "tendon_guide_friction"]))
+JAW = (frozenset(["coulomb_friction", "tendon_guide_friction"]),)
 MACHINES = (
     Machine(
         "Silverbox",
