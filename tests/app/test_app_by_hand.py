@@ -1,7 +1,6 @@
 """The walk by hand in the app, on a part of the demo's recordings."""
 
 import json
-from contextlib import suppress
 
 import pytest
 
@@ -9,13 +8,12 @@ from elastic_tendon import demo
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app import ranking, results, walk
 from elastic_tendon.app.document import Source, new_document
-from elastic_tendon.app.steps.take_away import STEP, offered
+from elastic_tendon.app.steps.take_away import build, offered
 from elastic_tendon.app.takeaway import Depot, FmuChoice
 from elastic_tendon.app.workspace import Session, Stopped, Workspace
 from elastic_tendon.diagnosis import by_hand
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.result import Diagnosis
-from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.progress import Enough
 
 COULOMB = "coulomb_friction"
@@ -140,13 +138,10 @@ def test_a_bad_file_added_last_leaves_the_findings_those_of_the_diagnosis(walked
     bad = Source(key="gone", name="gone.csv")
     session = Session("5", walked.document.with_sources([*SOURCES, bad]), FILES)
     session.cache = walked.cache
-    for needed in STEP.needs(session.document, FILES):
-        with suppress(ElasticTendonError):
-            session.cache.obtain(needed, silent)
-    results.judge_files(session)  # as the page does while a step is open
     workspace = Workspace(session.document, FILES)
-    choice = FmuChoice(2, (), source=False)
-    findings = offered(session.document, FILES, choice, Depot(workspace))["findings"]
+    choice, depot = FmuChoice(2, (), source=False), Depot(workspace)
+    build(session, "findings", choice, depot, silent)
+    findings = offered(session.document, FILES, choice, depot)["findings"]
     content = json.loads(session.cache.obtain(findings, silent).path.read_text())
     workspace.close()
     assert content["schema"].startswith("elastic-tendon/diagnosis/")

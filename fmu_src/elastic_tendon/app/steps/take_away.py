@@ -221,15 +221,18 @@ def _shown(session: Session, result: Result[Built], app: Dash) -> Component | st
     )
 
 
-def _begin(session: Session, result: Result[Built]) -> bool:
-    """Begin to build a file; an error is shown beside its button, from the cache."""
-    session.cache.forget_failures()
-
-    def work(progress: Progress) -> None:
+def build(
+    session: Session, kind: Kind, choice: FmuChoice, depot: Depot, progress: Progress
+) -> None:
+    """Build a file, once it is known which recordings can be used: what was found is found again by
+    those that can. An error is shown beside its button, from the cache."""
+    for source in session.document.used:
         with suppress(ElasticTendonError):
-            session.cache.obtain(result, progress)
-
-    return session.start(ID, result.words, work)
+            session.cache.obtain(results.parts(session.document, source, session.files), progress)
+    results.judge_files(session)
+    with suppress(ElasticTendonError):
+        made = offered(session.document, session.files, choice, depot)[kind]
+        session.cache.obtain(made, progress)
 
 
 def _register(app: Dash, workspace: Workspace) -> None:
@@ -277,9 +280,10 @@ def _register(app: Dash, workspace: Workspace) -> None:
         if not stored or not any(clicks):
             return no_update, no_update
         session = workspace.open(stored)
-        results.judge_files(session)
-        results_by_kind = offered(session.document, session.files, choice_of(*chosen), depot)
-        begun = _begin(session, results_by_kind[ctx.triggered_id[f"{ID}-make"]])
+        kind, choice = ctx.triggered_id[f"{ID}-make"], choice_of(*chosen)
+        session.cache.forget_failures()
+        words = offered(session.document, session.files, choice, depot)[kind].words
+        begun = session.start(ID, words, lambda told: build(session, kind, choice, depot, told))
         return sum(click or 0 for click in clicks), no_update if begun else busy.WORDS
 
 
@@ -309,9 +313,8 @@ def _register_files(app: Dash, depot: Depot) -> None:
         )
 
 
-def _needs(document: Document, files: Files) -> Sequence[Result[Any]]:
-    """Whether each file can be used: what was found is found again by those that can."""
-    return [results.parts(document, source, files) for source in document.used]
+def _needs(_document: Document, _files: Files) -> Sequence[Result[Any]]:
+    return []
 
 
 STEP = PageStep(id=ID, title="Take away", layout=_layout, register=_register, needs=_needs)
