@@ -261,22 +261,22 @@ def ecos_co_simulation(path: Path, model: Model) -> Found:
     start, names = start_of(model), compared(model)
     starts = {"one": start, "other": start | {"joint_velocity": -start["joint_velocity"]}}
     values = {
-        f"{name}::{variable}": value
-        for name, start in starts.items()
+        f"{instance}::{variable}": value
+        for instance, start in starts.items()
         for variable, value in start.items()
     }
-    rows = [(0.0, *np.zeros(len(starts) * len(names)))]
+    shown = [f"{instance}::{name}" for instance in starts for name in names]
+    rows = [(0.0, *np.zeros(len(shown)))]
     with EcosSimulationStructure() as structure:
-        for name in starts:
-            structure.add_model(name, str(path))
+        for instance in starts:
+            structure.add_model(instance, str(path))
         structure.add_parameter_set("start", values)
         with EcosSimulation(STEP, structure=structure) as simulation:
             simulation.init(parameter_set="start")
             began = perf_counter()
             while simulation.get_time() < DURATION:
                 simulation.step()
-                shown = (simulation.get_real(f"{one}::{name}") for one in starts for name in names)
-                rows.append((simulation.get_time(), *shown))
+                rows.append((simulation.get_time(), *map(simulation.get_real, shown)))
             step_time = (perf_counter() - began) / (len(rows) - 1) / len(starts)
             simulation.terminate()
     time, *columns = np.array(rows).T

@@ -254,6 +254,11 @@ class _Judged:
         """Parameters that the verdict is about."""
         return () if self.verdict == "adequate" else self.changed
 
+    @property
+    def slight(self) -> tuple[str, ...]:
+        """Parameters that surely moved and are no matter of the verdict."""
+        return (*self.small, *(path for path in self.changed if path not in self.matter))
+
 
 def conclude(
     data: Data,
@@ -377,8 +382,7 @@ def _notes(judged: _Judged, found: Found, options: Options) -> Iterator[str]:
     yield from remaining_sentences(found.lack)
     if judged.left_open:
         yield LEFT_OPEN.format(judged.left_open)
-    slight = judged.changed if judged.verdict == "adequate" else ()
-    yield from _slight_shifts(found.answer, [*judged.small, *slight])
+    yield from _slight_shifts(found.answer, judged.slight)
     yield from doubtful_values(found.answer)
     yield from too_small.sentences(found.answer, judged.unheard)
     if options.horizon is None:  # windows are no recordings

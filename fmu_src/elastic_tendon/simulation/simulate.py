@@ -39,7 +39,6 @@ EVENT_CAPACITY = 4096
 _FEWEST_STEPS, _STEPS_PER_SAMPLE = 200_000, 100
 _KEPT_SAMPLES = 100_000  # of a recording whose spline is kept; a longer one is made in parts
 _FORGOTTEN = 64  # samples after which a spline shows nothing of where it begins
-_FEWEST_OF_SPLINE = 4  # samples that have knots within; fewer lie on one parabola
 
 
 @dataclass(frozen=True, repr=False)
@@ -275,26 +274,10 @@ def _kept_slopes(time: bytes, samples: bytes) -> Array:
 
 
 def _spline_slopes(at: Array, values: Array) -> Array:
-    if len(at) < _FEWEST_OF_SPLINE:
-        from scipy.interpolate import CubicSpline
+    from scipy.interpolate import CubicSpline
 
-        return np.asarray(CubicSpline(at, values)(at, 1))
-    from scipy.linalg import solve_banded
-
-    # CubicSpline solves the same equations, and takes five times as long for all else it makes
-    step = np.diff(at)
-    rise = np.diff(values) / step
-    bands, right = np.empty((3, len(at))), np.empty(len(at))
-    bands[0, 2:], bands[2, :-2] = step[:-1], step[1:]
-    bands[1, 1:-1] = 2.0 * (step[:-1] + step[1:])
-    right[1:-1] = 3.0 * (step[1:] * rise[:-1] + step[:-1] * rise[1:])
-    for end, inner, band in ((0, 1, 0), (-1, -2, 2)):  # no knot next to either end
-        both = step[end] + step[inner]
-        bands[1, end], bands[band, inner] = step[inner], both
-        right[end] = (step[end] + 2.0 * both) * step[inner] * rise[end] / both
-        right[end] += step[end] ** 2 * rise[inner] / both
-    slopes = solve_banded((1, 1), bands, right, True, True, check_finite=False)
-    return np.asarray(slopes)
+    spline = CubicSpline(at, values)
+    return np.append(spline.c[-2], spline(at[-1], 1))
 
 
 def _address(array: Array | NDArray[np.int32] | None) -> int | None:
