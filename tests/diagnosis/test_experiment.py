@@ -285,15 +285,15 @@ def swings() -> Measurement:
 
 def test_proposals_stay_within_reach_and_begin_and_end_at_rest() -> None:
     limits = limits_of([BELIEVED], [swings()])
-    assert limits.load is not None
+    assert limits.joint_side is not None
     rng = np.random.default_rng(1)
     time = limits.sample_times()
     seen = set()
     for _ in range(150):
         proposal = neighbour(random_proposal(rng, limits), rng, 0.2)
-        seen.add(proposal.motor.form)
+        seen.add(proposal.motion.form)
         for values, reach in zip(
-            proposal.inputs(time, limits), (limits.motor, limits.load), strict=True
+            proposal.courses(time, limits), (limits.motion, limits.joint_side), strict=True
         ):
             assert reach.low - 1e-12 <= values.min() <= values.max() <= reach.high + 1e-12
             assert np.max(np.abs(np.diff(values))) <= reach.rate * limits.step * (1.0 + 1e-9)
@@ -305,7 +305,7 @@ def test_proposals_stay_within_reach_and_begin_and_end_at_rest() -> None:
 @pytest.mark.parametrize("form", FORMS)
 def test_forms_fill_their_reach_with_finite_acceleration(form: str) -> None:
     limits = replace(limits_of([BELIEVED], [swings()]), frequency=1.0)
-    reach = replace(limits.motor, start=0.0, low=-1.0, high=1.0, rate=1e3)
+    reach = replace(limits.motion, start=0.0, low=-1.0, high=1.0, rate=1e3)
     coarse, fine = (
         Input(form, (1.0, 0.5, 0.3, 0.8)).values(
             np.linspace(0.0, limits.duration, count), reach, limits
@@ -322,16 +322,16 @@ def test_forms_fill_their_reach_with_finite_acceleration(form: str) -> None:
 def test_limits_are_those_of_recordings_and_springs() -> None:
     slow = swings()
     limits = limits_of([BELIEVED], [slow])
-    assert limits.motor.high - limits.motor.low == pytest.approx(0.4 * BEYOND_RECORDED, rel=1e-3)
-    assert limits.motor.rate == pytest.approx(0.2 * BEYOND_RECORDED, rel=1e-2)
-    assert limits.load is not None
-    assert limits.load.low == 0.0
-    assert limits.load.high == pytest.approx(BEYOND_RECORDED, rel=1e-3)
+    assert limits.motion.high - limits.motion.low == pytest.approx(0.4 * BEYOND_RECORDED, rel=1e-3)
+    assert limits.motion.rate == pytest.approx(0.2 * BEYOND_RECORDED, rel=1e-2)
+    assert limits.joint_side is not None
+    assert limits.joint_side.low == 0.0
+    assert limits.joint_side.high == pytest.approx(BEYOND_RECORDED, rel=1e-3)
     assert limits.step == pytest.approx(0.002)
     low, high = actuator_of(BELIEVED.model_dump()).deflection_limits()
-    assert low < limits.deflection[0] < 0.0 < limits.deflection[1] < high
+    assert low < limits.springs.deflection[0] < 0.0 < limits.springs.deflection[1] < high
     unloaded = limits_of([BELIEVED], [replace(slow, load_torque=None)])
-    assert unloaded.load is None
+    assert unloaded.joint_side is None
 
 
 def test_a_static_curve_has_limits_too() -> None:
@@ -344,10 +344,10 @@ def test_a_static_curve_has_limits_too() -> None:
     )
     limits = limits_of([BELIEVED], [curve])
     assert limits.motor_was_held
-    assert limits.motor.low < 0.0 < limits.motor.high
-    assert limits.load is not None
-    assert limits.load.high == pytest.approx(3.0 * BEYOND_RECORDED)
-    assert limits.load.rate > 1.0
+    assert limits.motion.low < 0.0 < limits.motion.high
+    assert limits.joint_side is not None
+    assert limits.joint_side.high == pytest.approx(3.0 * BEYOND_RECORDED)
+    assert limits.joint_side.rate > 1.0
     assert limits.duration * limits.step < 1.0
 
 
@@ -357,7 +357,7 @@ def test_linear_and_full_refit_agree_where_the_difference_is_small() -> None:
     inputs = (experiment.motor_position[: len(time)], experiment.load_torque[: len(time)])
     measurement = Measurement(time, inputs[0], {"joint_position": 0.0 * time}, inputs[1], name="x")
     sigmas = {"joint_position": NOISE}
-    right, wrong = (known(one, measurement) for one in rivals)
+    right, wrong = (known(one, float(inputs[0][0])) for one in rivals)
     predictions = [predict(one, measurement, sigmas) for one in (right, wrong)]
     linear = left_over(predictions[0].signals, predictions[1], wrong)
     full = refit(predictions[0], wrong, measurement, sigmas)

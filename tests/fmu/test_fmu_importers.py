@@ -127,6 +127,24 @@ def test_an_importer_that_dies_is_told(flavours):
     assert (found.cell, found.failure) == ("FAILED", "the importer's process died; some reason")
 
 
+def _solver_errs(_path, _model):
+    return script.Found(apart=10.0 * script.TOLERANCE, step_time=1e-6)
+
+
+def _fmu_errs(_path, _model):
+    return script.Found(apart=1e-7, step_time=1e-6)
+
+
+def test_the_error_of_a_solver_is_told_from_one_of_the_fmu(flavours):
+    solver, fmu = (
+        outcome(Importer("x", "fmpy", errs, allowed=1e-8), flavours("FMI 2"), EFFECTS)
+        for errs in (_solver_errs, _fmu_errs)
+    )
+    told = "1e-07 rad from simulate, 1e-08 allowed; {} where both have a tolerance of 1e-10"
+    assert (solver.cell, solver.failure, solver.remark) == ("1e-07", "", told.format("1e-09"))
+    assert (fmu.cell, fmu.failure, fmu.remark) == ("FAILED", told.format("1e-07"), "")
+
+
 def test_a_wrong_jacobian_is_told():
     x, u = ca.SX.sym("x", 2), ca.SX.sym("u")
     exact = ca.Function("rates", [x, u], [ca.vertcat(x[1], u - 3 * ca.sin(x[0]))])

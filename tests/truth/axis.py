@@ -49,8 +49,20 @@ def recorded(
     lacking: str, random: np.random.Generator, seconds: float = 25.0, late: float = 0.0
 ) -> Recorded:
     """One run of the axis, which begins at rest; recorded so many s `late`, in full motion."""
-    law, phase = LACKING[lacking], random.uniform(0.0, TURN)
+    phase = random.uniform(0.0, TURN)
     goals = _moves(random, int((seconds + late) * RATE))
+    return followed(goals, lacking, random, phase, late)
+
+
+def followed(
+    goals: NDArray[np.float64],
+    lacking: str,
+    random: np.random.Generator,
+    phase: float = 0.0,
+    late: float = 0.0,
+) -> Recorded:
+    """The run in which the controller follows these goals, m, a sample each."""
+    law = LACKING[lacking]
     speeds = np.gradient(goals, 1.0 / RATE)
     position, force = np.empty_like(goals), np.empty_like(goals)
     x = v = 0.0

@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 
 ROUNDING = 1e-10  # rad/s
 NOTHING = 1e-13  # N·m
+CREEPING = 1e-4  # rad/s, at which the dry friction of a controlled motor is nearly all there
 Vector = NDArray[np.float64]
 Signal = Callable[[float], float]
 
@@ -120,6 +121,32 @@ def simulate(drive: Drive, time: Vector, torque: Signal, load: Signal) -> Vector
             x[3] = 0.0
             way = _released(drive, now, x, torque)
     return np.array(rows)
+
+
+def follow(drive: Drive, time: Vector, motion: Signal, load: Signal) -> tuple[Vector, Vector]:
+    """States (n, 4) from rest at zero, and the torque (n,) of a controller that makes the motor
+    follow a motion; its dry friction rises steeply with the velocity instead of holding."""
+    stiffness, damping = 900.0 * drive.rotor[0], 60.0 * drive.rotor[0]
+
+    def controller(t: float, x: Vector) -> float:
+        ahead = (motion(t + 1e-4) - motion(t - 1e-4)) / 2e-4
+        return float(stiffness * (motion(t) - x[2]) + damping * (ahead - x[3]))
+
+    def rates(t: float, x: Vector) -> Vector:
+        q, v, motor, rate = x
+        upper, lower = drive.pulls(q, v, motor, rate)
+        turning = drive.joint_radius * (upper - lower) + load(t) - drive.link[1] * v
+        turning -= drive.gravity * np.sin(q)
+        torque = controller(t, x)
+        pushed = drive.push(torque, x) - drive.dry(torque, x) * np.tanh(rate / CREEPING)
+        return np.array([v, turning / drive.link[0], rate, pushed / drive.rotor[0]])
+
+    span = (float(time[0]), float(time[-1]))
+    found = solve_ivp(
+        *(rates, span, np.zeros(4)), "LSODA", t_eval=time, rtol=1e-9, atol=1e-10, max_step=0.02
+    )
+    torques = [controller(t, x) for t, x in zip(time.tolist(), found.y.T, strict=True)]
+    return found.y.T, np.array(torques)
 
 
 def _freed(drive: Drive, torque: float, x: Vector) -> float:

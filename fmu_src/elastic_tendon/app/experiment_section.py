@@ -61,7 +61,7 @@ def _files() -> Component:
                 [
                     html.Button("Download the experiment", id="effect-experiment-download"),
                     html.Span(
-                        "CSV: time, motor position and load, SI units, a row a sample",
+                        "CSV: time and what is done, SI units, a row a sample",
                         className="quiet",
                     ),
                 ],

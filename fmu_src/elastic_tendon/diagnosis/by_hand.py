@@ -337,7 +337,7 @@ def left_open(data: Data, walk: Sequence[Walked], progress: Progress) -> LeftOpe
 
 def proposed(data: Data, walk: Sequence[Walked], progress: Progress) -> Proposed:
     """The experiment that decides between what a walk by hand leaves open; see `left_open`."""
-    proposal = experiment_between(data, _alike(data, walk, progress), {}, progress)
+    proposal = experiment_between(_alike(data, walk, progress), {}, progress)
     return Proposed(None, proposal) if isinstance(proposal, str) else Proposed(proposal, "")
 
 

@@ -7,7 +7,7 @@ from math import sqrt
 from operator import is_
 
 from elastic_tendon import effects
-from elastic_tendon.actuator.interfaces import AS_RECORDED, InterfaceKind
+from elastic_tendon.actuator.interfaces import AS_RECORDED
 from elastic_tendon.actuator.parameters import Model, quantities
 from elastic_tendon.actuator.quantity import unit_suffix
 from elastic_tendon.comparison.compare import compare
@@ -123,7 +123,7 @@ def judge(data: Data, search: Search, found: Found, options: Options, report: Pr
         found.contradictions = contradictions(data.given, answer, everything, report)
     found.would_show = _would_show(search, answer)
     if found.alike:
-        proposal = experiment_between(data, found.alike, found.confirmed, report)
+        proposal = experiment_between(found.alike, found.confirmed, report)
         if isinstance(proposal, str):
             found.no_experiment = proposal
         else:
@@ -206,22 +206,16 @@ def _smallest(
 
 
 def experiment_between(
-    data: Data, alike: Sequence[Answer], confirmed: Mapping[Set, Answer], report: Progress
+    alike: Sequence[Answer], confirmed: Mapping[Set, Answer], report: Progress
 ) -> Experiment | str:
     """The experiment that decides between answers that cannot be told apart, or why none can.
 
     Parameters
     ----------
-    data : Data
     alike : two or more, the one taken first
     confirmed : see `Found`
     report : called with words and the share of the work at hand that is done
     """
-    if data.given.kind is not InterfaceKind.POSITION:
-        return (
-            f"No experiment is proposed at interface {data.given.kind}: proposals move the motor's "
-            "position."
-        )
     answers = [confirmed.get(part.added, part) for part in alike]
     names = different([answer.added for answer in answers])
     rivals = [Rival(name, answer.result) for name, answer in zip(names, answers, strict=True)]

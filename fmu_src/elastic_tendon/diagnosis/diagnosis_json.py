@@ -5,8 +5,10 @@ from dataclasses import asdict
 from math import sqrt
 from typing import Any
 
+from elastic_tendon.actuator.variables import SIGNALS
 from elastic_tendon.comparison.bins import Bin
 from elastic_tendon.comparison.comparison import Comparison
+from elastic_tendon.comparison.simulated import SUFFIXES
 from elastic_tendon.diagnosis.evidence import is_plausible
 from elastic_tendon.diagnosis.experiment_text import undisputed_text
 from elastic_tendon.diagnosis.result import Diagnosis, LearnedTerm
@@ -88,8 +90,7 @@ def _next_experiment(diagnosis: Diagnosis) -> dict[str, Any]:
         "text": proposed.text,
         "power": proposed.power,
         "time_s": proposed.time,
-        "motor_position_rad": proposed.motor_position,
-        "load_torque_Nm": proposed.load_torque,
+        **{name + SUFFIXES[SIGNALS[name].unit]: v for name, v in proposed.columns.items()},
     }
 
 

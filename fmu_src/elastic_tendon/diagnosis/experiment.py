@@ -19,6 +19,7 @@ from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.variables import SIGNALS
 from elastic_tendon.comparison.residuals import Array, residuals_of, simulate_measurement
 from elastic_tendon.comparison.simulated import SUFFIXES
+from elastic_tendon.diagnosis.driving import drive_of, following
 from elastic_tendon.diagnosis.experiment_text import Separated, experiment_text, undecidable_text
 from elastic_tendon.diagnosis.limits import Limits, limits_of
 from elastic_tendon.diagnosis.proposals import Proposal, neighbour, random_proposal
@@ -74,9 +75,10 @@ class _Search:
     time: Array
     thinner: float
 
-    def measurement(self, proposal: Proposal) -> Measurement:
-        """The proposal as a recording that shows zeros."""
-        return _measurement(self.time, *proposal.inputs(self.time, self.limits), self.sigmas)
+    def measurement(self, proposal: Proposal, expected_by: int = 0) -> Measurement:
+        """The proposal as a recording that shows zeros; a torque as a rival expects it."""
+        courses = proposal.courses(self.time, self.limits)
+        return _recording(self.rivals[expected_by], self.limits, self.time, courses, self.sigmas)
 
 
 @dataclass(frozen=True)
@@ -103,10 +105,11 @@ def next_experiment(
     measurements: Sequence[Measurement],
     progress: Progress = silent,
 ) -> Experiment | str:
-    """Propose the motion of motor and load that best tells rival answers apart.
+    """Propose the motion and load that best tell rival answers apart.
 
     It stays near what was recorded; where that leaves rivals undecided, it goes as far as the
-    springs bear if that decides more.
+    springs bear if that decides more. Where a torque drives the machine, it is that under which the
+    answer named first follows the motion.
 
     Parameters
     ----------
@@ -133,7 +136,10 @@ def next_experiment(
             found = search, best
         if best is not None and len(best.told) == len(_pairs(rivals)):
             break
-    return undecidable_text(ids, models) if found is None else _answer(*found, ids)
+    if found is None:
+        return undecidable_text(ids, models)
+    experiment = _answer(*found, ids)
+    return replace(experiment, text=models[0].motion.words(experiment.text))
 
 
 def _pairs(rivals: Sequence[object]) -> list[Pair]:
@@ -149,14 +155,14 @@ def experiment_csv(experiment: Experiment, motion: MotionKind = MotionKind.ROTAR
 
     Returns
     -------
-    str; a row a sample, columns time_s, motor_position_rad, load_torque_Nm; of a machine that
-        slides motor_position_m, load_torque_N
+    str; a row a sample, columns time_s, motor_position_rad, load_torque_Nm, or those of another
+        interface, see `Experiment.columns`; of a machine that slides motor_position_m and so on
     """
     import pandas as pd
 
-    driven = {"motor_position": experiment.motor_position, "load_torque": experiment.load_torque}
     columns = {
-        name + SUFFIXES[motion.unit(SIGNALS[name].unit)]: values for name, values in driven.items()
+        name + SUFFIXES[motion.unit(SIGNALS[name].unit)]: values
+        for name, values in experiment.columns.items()
     }
     return str(pd.DataFrame({"time_s": experiment.time, **columns}).to_csv(index=False))
 
@@ -166,21 +172,34 @@ def _prepare(rivals: Sequence[Rival], limits: Limits) -> _Search:
     time = np.linspace(0.0, limits.duration, min(samples, SEARCH_SAMPLES))
     thinner = sqrt(len(time) / samples)
     sigmas = {name: thinner * sigma for name, sigma in noise(rivals).items()}
-    rest = _measurement(time, np.full_like(time, limits.motor.start), np.zeros_like(time), sigmas)
-    all_known = tuple(known(rival, rest) for rival in rivals)
+    all_known = tuple(known(rival, limits.motion.start) for rival in rivals)
     return _Search(limits, all_known, sigmas, time, thinner)
 
 
-def _measurement(
-    time: Array, motor_position: Array, load_torque: Array, signals: Iterable[str]
+def _recording(
+    rival: Known, limits: Limits, time: Array, courses: tuple[Array, Array], signals: Iterable[str]
 ) -> Measurement:
-    return Measurement(
+    """The courses of a proposal as inputs of the interface, from a machine as the rival expects it;
+    all signals show zeros."""
+    kind, (motion, beside) = limits.kind, courses
+    driving = {}
+    if not kind.has_link:
+        driving["joint_position"] = rival.model.transmission.motor_share * motion + beside
+    recording = Measurement(
         name="proposal",
         time=time,
-        motor_position=motor_position,
+        motor_position=motion if kind.has_springs else np.zeros_like(time),
         signals={name: np.zeros_like(time) for name in signals},
-        load_torque=load_torque,
+        load_torque=beside if kind.has_link else None,
+        kind=kind,
+        driving=driving,
     )
+    if drive_of(kind) is None:
+        return recording
+    torque = following(rival.model, recording, rival.initial, motion, limits.frequency)
+    if kind.has_rotor:
+        return replace(recording, driving=driving | {"motor_torque": torque})
+    return replace(recording, load_torque=torque)
 
 
 # ---- search --------------------------------------------------------------------------------
@@ -237,25 +256,30 @@ def _judge(search: _Search, proposal: Proposal) -> list[_Judged]:
 
 
 def _fitted(search: _Search, proposal: Proposal) -> Proposal | None:
-    """The proposal, made smaller until no rival's deflection passes the limits."""
+    """The proposal, made smaller until no rival's deflection or drive passes the limits."""
     for _ in range(ROUNDS_TO_FIT):
-        used = _share_of_deflection(search, proposal)
+        used = _share_of_limits(search, proposal)
         if used <= 1.0:
             return proposal
         proposal = replace(proposal, scale=0.97 * proposal.scale / used)
     return None
 
 
-def _share_of_deflection(search: _Search, proposal: Proposal) -> float:
-    """Largest deflection that any rival expects, as a share of what may be."""
-    low, high = search.limits.deflection
-    experiment = search.measurement(proposal)
+def _share_of_limits(search: _Search, proposal: Proposal) -> float:
+    """Largest deflection or torque of the drive that a rival expects, as a share of the limit."""
+    low, high = search.limits.springs.deflection
+    drive = drive_of(search.limits.kind)
     share = 0.0
-    for rival in search.rivals:
-        deflection = simulate_measurement(rival.model, experiment, rival.initial)["deflection"]
-        share = max(
-            share, deflection.max() / max(high, 1e-300), deflection.min() / min(low, -1e-300)
-        )
+    for place, rival in enumerate(search.rivals):
+        experiment = search.measurement(proposal, place)
+        if drive is not None:
+            torque = float(np.abs(experiment.inputs[drive.torque]).max())
+            share = max(share, torque / search.limits.drive)
+        if search.limits.kind.has_springs:
+            deflection = simulate_measurement(rival.model, experiment, rival.initial)["deflection"]
+            share = max(
+                share, deflection.max() / max(high, 1e-300), deflection.min() / min(low, -1e-300)
+            )
     return float(share)
 
 
@@ -321,22 +345,30 @@ def _checked(search: _Search, best: _Judged, repeats: int) -> _Checked:
 
 
 def _answer(search: _Search, best: _Checked, ids: Sequence[str]) -> Experiment:
-    limits = search.limits
-    once = best.proposal.inputs(limits.sample_times(), limits)
-    # the last sample of one run is the first of the next
-    inputs = [np.concatenate([*[values[:-1]] * (best.repeats - 1), values]) for values in once]
-    time = np.asarray(limits.step * np.arange(len(inputs[0])))
+    limits, proposal = search.limits, best.proposal
+    motion, beside = proposal.courses(limits.sample_times(), limits)
+    time = np.asarray(limits.step * np.arange(best.repeats * (len(motion) - 1) + 1))
+    courses = (_repeated(motion, best.repeats), _repeated(beside, best.repeats))
+    whole = _recording(search.rivals[0], limits, time, courses, search.sigmas)
     separated = _separated(search, best, ids)
-    whole = _measurement(time, inputs[0], inputs[1], search.sigmas)
+    followed = {} if limits.kind.has_springs else {"joint_position": courses[0]}
+    load = whole.load_torque
     return Experiment(
-        text=experiment_text(limits, best.proposal, best.repeats, once, separated),
+        text=experiment_text(limits, proposal, best.repeats, whole, separated),
         time=time,
-        motor_position=inputs[0],
-        load_torque=inputs[1],
+        motor_position=whole.motor_position,
+        load_torque=np.zeros_like(time) if load is None else load,
         power=best.hardest.power,
         signal=separated.signal,
         predictions=_predictions(search, whole, separated.signal),
+        kind=limits.kind,
+        driving={**whole.driving, **followed},
     )
+
+
+def _repeated(course: Array, repeats: int) -> Array:
+    """A course as often as that; the last sample of one run is the first of the next."""
+    return np.concatenate([*[course[:-1]] * (repeats - 1), course])
 
 
 def _predictions(search: _Search, whole: Measurement, signal: str) -> dict[str, Array]:
@@ -361,6 +393,7 @@ def _separated(search: _Search, best: _Checked, ids: Sequence[str]) -> Separated
     left_open = [pair for pair in _pairs(ids) if pair not in apart]
     return Separated(
         ids=(ids[hardest.pair[0]], ids[hardest.pair[1]]),
+        first=ids[0],
         easier=len(best.told) - 1,
         left_open=tuple((ids[first], ids[second]) for first, second in left_open),
         signal=name,

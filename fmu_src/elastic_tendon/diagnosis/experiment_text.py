@@ -5,9 +5,13 @@ from dataclasses import dataclass
 
 from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.quantity import unit_text
+from elastic_tendon.actuator.variables import SIGNALS
 from elastic_tendon.comparison.residuals import Array
-from elastic_tendon.diagnosis.limits import Limits, Reach
+from elastic_tendon.diagnosis.driving import drive_of
+from elastic_tendon.diagnosis.limits import Limits
 from elastic_tendon.diagnosis.proposals import SINES, Form, Input, Proposal
+from elastic_tendon.measurement import Measurement
 
 ROUNDED = 9  # digits of an angle in rad after which nothing is left
 
@@ -16,13 +20,15 @@ ROUNDED = 9  # digits of an angle in rad after which nothing is left
 class Separated:
     """The two answers that the experiment tells apart least surely.
 
-    `easier` : number of other pairs that it tells apart; `left_open` : pairs that it does not.
+    `first` : the answer taken first. `easier` : number of other pairs that it tells apart;
+    `left_open` : pairs that it does not.
     `signal` : the one that tells most; `largest` : what a refit leaves of its difference, where it
     is largest, and `noise` of one sample, both in its unit; `at` s. `together` : what is left in
     all samples, over what noise alone makes of them. `power` : 0 to 1.
     """
 
     ids: tuple[str, str]
+    first: str
     easier: int
     left_open: tuple[tuple[str, str], ...]
     signal: str
@@ -37,7 +43,7 @@ def experiment_text(
     limits: Limits,
     proposal: Proposal,
     repeats: int,
-    inputs: tuple[Array, Array],
+    recording: Measurement,
     separated: Separated,
 ) -> str:
     """Say what is done, for how long, and by how much it tells answers apart.
@@ -47,23 +53,44 @@ def experiment_text(
     limits : Limits
     proposal : Proposal
     repeats : how often it is made in one run
-    inputs : motor position (n,) rad and load torque (n,) N·m of one of them
+    recording : that run, its inputs as the answer named first expects them
     separated : which answers, and by how much
     """
     time = limits.sample_times()
+    courses = proposal.courses(time, limits)
+    motion, beside = proposal.motion, proposal.joint_side
+    loaded = limits.kind.has_link and limits.joint_side is not None
     sentences = [
         f"Run for {repeats * time[-1]:.3g} s at {1.0 / limits.step:.4g} samples per second, from "
-        f"rest with the motor at {round(limits.motor.start, ROUNDED) + 0.0:.3g} rad"
-        + ("." if limits.load is None else " and without load."),
-        _motion("Motor", proposal.motor, proposal.motor.at(time, limits), inputs[0], "rad"),
+        f"rest with the {_moved(limits)} at {round(limits.motion.start, ROUNDED) + 0.0:.3g} rad"
+        + (" and without load." if loaded else "."),
+        f"{_moved(limits).capitalize()}: "
+        + _course(motion, motion.at(time, limits), courses[0], "rad"),
     ]
-    if proposal.load is not None:
-        sentences.append(
-            _motion("Load", proposal.load, proposal.load.at(time, limits), inputs[1], "N·m")
-        )
+    if beside is not None:
+        how = "Load: " if limits.kind.has_link else "Joint, away from where springs hold it: "
+        unit = "N·m" if limits.kind.has_link else "rad"
+        sentences.append(how + _course(beside, beside.at(time, limits), courses[1], unit))
+    sentences += _following(limits, recording, separated)
     if repeats > 1:
         sentences.append(f"All this {repeats} times, {time[-1]:.3g} s each, in one recording.")
-    return " ".join([*sentences, *_cautions(limits, inputs), _separation(separated)])
+    return " ".join([*sentences, *_cautions(limits, courses), _separation(separated)])
+
+
+def _moved(limits: Limits) -> str:
+    return "motor" if limits.kind.has_springs else "joint"
+
+
+def _following(limits: Limits, recording: Measurement, separated: Separated) -> list[str]:
+    """How a machine that a torque drives makes the motion."""
+    drive = drive_of(limits.kind)
+    if drive is None:
+        return []
+    torque = recording.inputs[drive.torque]
+    return [
+        f"Let its controller follow this, and record the {drive.torque.replace('_', ' ')}: "
+        f"{titled(separated.first)} expects {torque.min():.3g} to {torque.max():.3g} N·m."
+    ]
 
 
 def undisputed_text(*, complete: bool) -> str:
@@ -104,10 +131,10 @@ def titled(answer: str) -> str:
     return " with ".join(known[part].title if part in known else part for part in answer.split("+"))
 
 
-def _motion(what: str, motion: Input, form: Form, values: Array, unit: str) -> str:
+def _course(course: Input, form: Form, values: Array, unit: str) -> str:
     low, high = float(values.min()), float(values.max())
     if low == high:
-        return f"{what}: {low:.3g} {unit} throughout."
+        return f"{low:.3g} {unit} throughout."
     slow, fast = f"{form.slow:.3g}", f"{form.fast:.3g}"
     words = {
         "hold": "to one value and back",
@@ -118,15 +145,18 @@ def _motion(what: str, motion: Input, form: Form, values: Array, unit: str) -> s
         "reversals": f"swings of {fast} Hz that grow and shrink to nothing, {form.times} times",
         "releases": f"{form.times} times slowly to one end, held, and let go within "
         f"{form.edge:.2g} s",
-    }[motion.form]
-    return f"{what}: {words}, between {low:.3g} and {high:.3g} {unit}."
+    }[course.form]
+    return f"{words}, between {low:.3g} and {high:.3g} {unit}."
 
 
-def _cautions(limits: Limits, inputs: tuple[Array, Array]) -> list[str]:
-    reaches: list[tuple[str, Reach | None]] = [("motor", limits.motor), ("load", limits.load)]
+def _cautions(limits: Limits, courses: tuple[Array, Array]) -> list[str]:
+    reaches = {
+        _moved(limits): limits.motion,
+        "load" if limits.kind.has_link else "joint": limits.joint_side,
+    }
     beyond = [
         name
-        for (name, reach), values in zip(reaches, inputs, strict=True)
+        for (name, reach), values in zip(reaches.items(), courses, strict=False)
         if reach is not None
         and (values.min() < min(reach.recorded) or values.max() > max(reach.recorded))
     ]
@@ -141,7 +171,7 @@ def _cautions(limits: Limits, inputs: tuple[Array, Array]) -> list[str]:
 
 
 def _separation(found: Separated) -> str:
-    unit = "rad" if found.signal.endswith("position") else "N·m"
+    unit = unit_text(SIGNALS[found.signal].unit)
     first, second = map(titled, found.ids)
     sentences = [
         f"{first} and {second}, either refitted to the other, then differ in "

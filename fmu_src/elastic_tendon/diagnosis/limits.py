@@ -2,17 +2,22 @@
 
 What the machine bears is known from its springs, (16), and what its drive and its load can do
 from the recordings. A further experiment may go a little beyond what was recorded, because what
-was recorded did not decide.
+was recorded did not decide. Of a machine that a torque drives the motion is limited, and what
+torque it takes.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import inf, pi
 
 import numpy as np
 
 from elastic_tendon.actuator.design import design
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.comparison.residuals import Array
+from elastic_tendon.comparison.initial_state import estimate_initial_state
+from elastic_tendon.comparison.residuals import Array, simulate_measurement
+from elastic_tendon.diagnosis.driving import drive_of
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.simulation.excitation import RATE
 
@@ -44,34 +49,55 @@ class Reach:
 
 
 @dataclass(frozen=True)
+class Springs:
+    """What the springs bear, whichever of the models is right; nothing limits where there are none.
+
+    `deflection` : lowest and highest, rad. `torque` : lowest and highest load at rest, N·m.
+    `frequency` : natural, with both tendons taut, Hz.
+    """
+
+    deflection: tuple[float, float] = (-inf, inf)
+    torque: tuple[float, float] = (-inf, inf)
+    frequency: float = inf
+
+
+@dataclass(frozen=True)
 class Limits:
     """What a further experiment may do.
 
-    `load` is None where no load was recorded. `deflection` : lowest and highest, rad. `step` s
-    between samples, `duration` s. `frequency` : natural, with both tendons taut, Hz.
-    `torque` : lowest and highest load that the springs bear at rest, N·m.
-    `motor_was_held` : its reach is not from the recordings but from the springs.
+    `kind` : which side of the actuator is given. `motion` : of the motor; without springs, of the
+    joint. `joint_side` : the load torque; where the joint's position is given, its deflection;
+    None where no load was recorded. `drive` : largest torque that moves the motor, or a link
+    without springs, N·m; infinite where a position is given. `step` s between samples, `duration`
+    s. `frequency` : up to which the joint follows, Hz. `motor_was_held` : its reach is not from the
+    recordings but from the springs.
     """
 
-    motor: Reach
-    load: Reach | None
-    deflection: tuple[float, float]
+    kind: InterfaceKind
+    motion: Reach
+    joint_side: Reach | None
+    springs: Springs
+    drive: float
     step: float
     duration: float
     frequency: float
     motor_was_held: bool
-    torque: tuple[float, float]
 
     def widened(self) -> "Limits":
         """What a machine might do that can move further and faster, and bear a load at all."""
-        middle = 0.5 * (self.motor.low + self.motor.high)
-        half = 0.5 * WIDER * (self.motor.high - self.motor.low)
-        low, high = self.torque
-        motor = replace(
-            self.motor, low=middle - half, high=middle + half, rate=WIDER * self.motor.rate
+        middle = 0.5 * (self.motion.low + self.motion.high)
+        half = 0.5 * WIDER * (self.motion.high - self.motion.low)
+        motion = replace(
+            self.motion, low=middle - half, high=middle + half, rate=WIDER * self.motion.rate
         )
-        load = Reach(0.0, low, high, rate=(high - low) / LOADING_TIME, recorded=(0.0, 0.0))
-        return replace(self, motor=motor, load=load)
+        low, high = self.springs.torque if self.kind.has_link else self.springs.deflection
+        joint_side = Reach(0.0, low, high, rate=(high - low) / LOADING_TIME, recorded=(0.0, 0.0))
+        return replace(
+            self,
+            motion=motion,
+            joint_side=joint_side if self.kind.has_springs else None,
+            drive=WIDER * self.drive,
+        )
 
     def sample_times(self) -> Array:
         """Times of the samples to record, (n,) s from 0."""
@@ -89,8 +115,13 @@ def limits_of(models: Sequence[Model], measurements: Sequence[Measurement]) -> L
     Returns
     -------
     Limits
+
+    Raises
+    ------
+    SimulationError : a position was not measured and cannot be simulated
     """
-    tables = [design(model) for model in models]
+    first = models[0]
+    kind = first.kind
     timed = [recording for recording in measurements if not recording.static]
     step = min(
         (float(np.median(np.diff(recording.time))) for recording in timed), default=1.0 / RATE
@@ -99,6 +130,34 @@ def limits_of(models: Sequence[Model], measurements: Sequence[Measurement]) -> L
         (float(recording.time[-1] - recording.time[0]) for recording in timed), default=SHORTEST
     )
     longest = max(LONGEST, MOST_SAMPLES * step)
+    springs = _springs(models) if kind.has_springs else Springs()
+    moved = "motor_position" if kind.has_springs else "joint_position"
+    positions = [_position(first, recording, moved) for recording in measurements]
+    span, held = 0.0, False
+    if kind.has_springs:
+        span = float(np.ptp(springs.deflection)) / first.transmission.motor_share
+        held = max(float(np.ptp(position)) for position in positions) < HELD * span
+    if held:
+        motion = _held_motor(positions[0], span, springs.frequency)
+    else:
+        motion = _reach(measurements, positions, start=float(positions[0][0]))
+    # without springs a joint follows as fast as it did
+    fastest = motion.rate / (pi * max(motion.high - motion.low, LEAST_DEFLECTION))
+    return Limits(
+        kind=kind,
+        motion=motion,
+        joint_side=_joint_side(first, measurements, springs),
+        springs=springs,
+        drive=_drive(kind, measurements),
+        step=step,
+        duration=float(np.clip(recorded, SHORTEST, longest)),
+        frequency=springs.frequency if kind.has_springs else fastest,
+        motor_was_held=held,
+    )
+
+
+def _springs(models: Sequence[Model]) -> Springs:
+    tables = [design(model) for model in models]
     deflection = (
         MARGIN * min(max(table.negative_max_deflection for table in tables), -LEAST_DEFLECTION),
         MARGIN * max(min(table.positive_max_deflection for table in tables), LEAST_DEFLECTION),
@@ -108,22 +167,17 @@ def limits_of(models: Sequence[Model], measurements: Sequence[Measurement]) -> L
         max(-abs(table.negative_max_torque) for table in tables),
         min(abs(table.positive_max_torque) for table in tables),
     )
-    transmission = models[0].transmission
-    ratio = transmission.joint_pulley_radius / transmission.motor_pulley_radius  # n_t, (9)
-    span = ratio * (deflection[1] - deflection[0])
-    positions = [recording.motor_position for recording in measurements]
-    held = max(float(np.ptp(position)) for position in positions) < HELD * span
-    frequency = max(table.frequency_state_3 for table in tables)
-    return Limits(
-        motor=_held_motor(positions[0], span, frequency) if held else _moved_motor(timed),
-        load=_load(measurements, torque),
-        deflection=deflection,
-        step=step,
-        duration=float(np.clip(recorded, SHORTEST, longest)),
-        frequency=frequency / (2.0 * np.pi),
-        motor_was_held=held,
-        torque=torque,
-    )
+    frequency = max(table.frequency_state_3 for table in tables) / (2.0 * pi)
+    return Springs(deflection, torque, frequency)
+
+
+def _position(model: Model, recording: Measurement, name: str) -> Array:
+    """Position of the motor or the joint, measured or else as the model expects it, (n,) rad."""
+    measured = {**recording.inputs, **recording.signals}
+    if name in measured:
+        return measured[name]
+    initial = estimate_initial_state(model, recording)
+    return np.asarray(simulate_measurement(model, recording, initial)[name])
 
 
 def _held_motor(position: Array, span: float, frequency: float) -> Reach:
@@ -132,26 +186,57 @@ def _held_motor(position: Array, span: float, frequency: float) -> Reach:
         start=start,
         low=start - 0.5 * span,
         high=start + 0.5 * span,
-        rate=HELD_SPEED * frequency * span,
+        rate=HELD_SPEED * 2.0 * pi * frequency * span,
         recorded=(float(position.min()), float(position.max())),
     )
 
 
-def _moved_motor(recordings: Sequence[Measurement]) -> Reach:
-    low = min(float(recording.motor_position.min()) for recording in recordings)
-    high = max(float(recording.motor_position.max()) for recording in recordings)
+def _reach(recordings: Sequence[Measurement], courses: Sequence[Array], start: float) -> Reach:
+    """A little beyond what was recorded, in both directions; static curves show no rate."""
+    low = min(float(course.min()) for course in courses)
+    high = max(float(course.max()) for course in courses)
     wider = 0.5 * (BEYOND_RECORDED - 1.0) * (high - low)
+    rates = [
+        _fastest(recording.time, course)
+        for recording, course in zip(recordings, courses, strict=True)
+        if not recording.static
+    ]
     return Reach(
-        start=float(recordings[0].motor_position[0]),
+        start=start,
         low=low - wider,
         high=high + wider,
-        rate=BEYOND_RECORDED
-        * max(_fastest(recording.time, recording.motor_position) for recording in recordings),
+        rate=BEYOND_RECORDED * max(rates),
         recorded=(low, high),
     )
 
 
-def _load(recordings: Sequence[Measurement], torque: tuple[float, float]) -> Reach | None:
+def _joint_side(model: Model, recordings: Sequence[Measurement], springs: Springs) -> Reach | None:
+    if not model.kind.has_springs:
+        return None
+    of_kind = _load if model.kind.has_link else _turned
+    return of_kind(model, recordings, springs)
+
+
+def _turned(model: Model, recordings: Sequence[Measurement], springs: Springs) -> Reach:
+    """Reach of the deflection of a joint whose position is given."""
+    share = model.transmission.motor_share
+    reach = _reach(
+        recordings,
+        [
+            recording.joint_position - share * _position(model, recording, "motor_position")
+            for recording in recordings
+        ],
+        start=0.0,
+    )
+    low, high = springs.deflection
+    return replace(
+        reach,
+        low=float(np.clip(reach.low, low, 0.0)),
+        high=float(np.clip(reach.high, 0.0, high)),
+    )
+
+
+def _load(_model: Model, recordings: Sequence[Measurement], springs: Springs) -> Reach | None:
     """Reach of the load: from none on, within the torque at the largest deflection."""
     loaded = [
         (recording, recording.load_torque)
@@ -166,11 +251,21 @@ def _load(recordings: Sequence[Measurement], torque: tuple[float, float]) -> Rea
     rates = [_fastest(recording.time, load) for recording, load in loaded if not recording.static]
     return Reach(
         start=0.0,
-        low=max(BEYOND_RECORDED * min(low, 0.0), torque[0]),
-        high=min(BEYOND_RECORDED * max(high, 0.0), torque[1]),
+        low=max(BEYOND_RECORDED * min(low, 0.0), springs.torque[0]),
+        high=min(BEYOND_RECORDED * max(high, 0.0), springs.torque[1]),
         rate=BEYOND_RECORDED * max(rates) if rates else (high - low) / LOADING_TIME,
         recorded=(low, high),
     )
+
+
+def _drive(kind: InterfaceKind, recordings: Sequence[Measurement]) -> float:
+    """Largest torque of the drive, a little beyond what was recorded, N·m; where it never drove,
+    none is known."""
+    drive = drive_of(kind)
+    if drive is None:
+        return inf
+    courses = [recording.inputs.get(drive.torque, np.zeros(1)) for recording in recordings]
+    return BEYOND_RECORDED * max(float(np.max(np.abs(course))) for course in courses) or inf
 
 
 def _fastest(time: Array, values: Array) -> float:

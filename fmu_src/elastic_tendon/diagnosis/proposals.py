@@ -1,8 +1,8 @@
-"""Motions of motor and load to choose a further experiment from.
+"""Motions and loads to choose a further experiment from.
 
-A proposal is a form for each of the two inputs and four parameters of each, all between 0 and 1:
-how much of its reach it uses, where in the reach its middle lies, and two rates. Every input
-begins and ends at rest where the machine stands, and stays within its reach.
+A proposal is a form for what moves and one for what acts at the joint's side, with four parameters
+of each, all between 0 and 1: how much of its reach it uses, where in the reach its middle lies, and
+two rates. Both begin and end at rest where the machine stands, and stay within their reach.
 """
 
 from collections.abc import Callable, Mapping
@@ -161,29 +161,34 @@ def _fade(time: Array) -> Array:
 
 @dataclass(frozen=True)
 class Proposal:
-    """Motion of the motor and course of the load, made smaller by `scale` (0 to 1).
+    """What the machine is to do, made smaller by `scale` (0 to 1), see `Limits`.
 
-    `load` is None where none can be applied.
+    `joint_side` is None where nothing can be done there.
     """
 
-    motor: Input
-    load: Input | None
+    motion: Input
+    joint_side: Input | None
     scale: float = 1.0
 
-    def inputs(self, time: Array, limits: Limits) -> tuple[Array, Array]:
-        """Motor position (rad) and load torque (N·m) at `time` (n,) s; two (n,) arrays."""
-        start = limits.motor.start
-        position = self.motor.values(time, limits.motor, limits)
-        load = np.zeros_like(time)
-        if self.load is not None and limits.load is not None:
-            load = self.scale * self.load.values(time, limits.load, limits)
-        return start + self.scale * (position - start), load
+    def courses(self, time: Array, limits: Limits) -> tuple[Array, Array]:
+        """The motion (rad) and what is done at the joint's side (N·m or rad) at `time` (n,) s.
+
+        Returns
+        -------
+        two (n,) arrays
+        """
+        start = limits.motion.start
+        position = self.motion.values(time, limits.motion, limits)
+        beside = np.zeros_like(time)
+        if self.joint_side is not None and limits.joint_side is not None:
+            beside = self.scale * self.joint_side.values(time, limits.joint_side, limits)
+        return start + self.scale * (position - start), beside
 
 
 def random_proposal(rng: np.random.Generator, limits: Limits) -> Proposal:
-    """Forms and parameters drawn alike; where there is no load, the motor moves."""
+    """Forms and parameters drawn alike; what nothing else moves does not hold still."""
     forms = list(FORMS)
-    moved = forms if limits.load is not None else forms[1:]
+    moved = forms if limits.joint_side is not None else forms[1:]
 
     def drawn(among: list[str]) -> Input:
         parameters = rng.uniform(size=PARAMETERS)
@@ -192,8 +197,8 @@ def random_proposal(rng: np.random.Generator, limits: Limits) -> Proposal:
             parameters[1] = 0.5
         return Input(str(rng.choice(among)), tuple(parameters.tolist()))
 
-    motor = drawn(moved)
-    return Proposal(motor, drawn(forms) if limits.load is not None else None)
+    motion = drawn(moved)
+    return Proposal(motion, drawn(forms) if limits.joint_side is not None else None)
 
 
 def neighbour(proposal: Proposal, rng: np.random.Generator, distance: float) -> Proposal:
@@ -203,5 +208,5 @@ def neighbour(proposal: Proposal, rng: np.random.Generator, distance: float) -> 
         after = np.array(before.parameters) + distance * rng.standard_normal(PARAMETERS)
         return Input(before.form, tuple(np.clip(after, 0.0, 1.0).tolist()))
 
-    load = None if proposal.load is None else moved(proposal.load)
-    return Proposal(moved(proposal.motor), load)
+    beside = None if proposal.joint_side is None else moved(proposal.joint_side)
+    return Proposal(moved(proposal.motion), beside)

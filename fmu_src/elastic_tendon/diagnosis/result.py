@@ -1,13 +1,14 @@
 """What a diagnosis says: data classes only."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import PlainValidator
 
+from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.comparison.locate import Location
@@ -149,12 +150,15 @@ class LearnedTerm:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A motor motion and load to run on the machine, within what the actuator may do.
+    """A motion and load to run on the machine, within what the actuator may do.
 
-    `time` (n,) s, `motor_position` (n,) rad, `load_torque` (n,) N·m. `text` : what it is and which
-    answers it separates; `power` : predicted probability that it decides between them. `signal` :
-    the one that tells most; `predictions` : of it, by the answers as they are fitted now, (n,) in
-    its unit, the answer taken first.
+    `time` (n,) s, `motor_position` (n,) rad, `load_torque` (n,) N·m. `kind` : interface of the
+    model; `driving` : what else its machine does, by name, (n,) rad or N·m: the joint's position
+    where that is given or there are no springs, the motor torque where that drives; a torque that
+    drives is that under which the answer taken first follows the motion. `text` : what it is and
+    which answers it separates; `power` : predicted probability that it decides between them.
+    `signal` : the one that tells most; `predictions` : of it, by the answers as they are fitted
+    now, (n,) in its unit, the answer taken first.
     """
 
     text: str
@@ -164,6 +168,16 @@ class Experiment:
     power: float
     signal: str
     predictions: Mapping[str, Array]
+    kind: InterfaceKind = InterfaceKind.POSITION
+    driving: Mapping[str, Array] = field(default_factory=dict)
+
+    @property
+    def columns(self) -> dict[str, Array]:
+        """What is run, by name, (n,) SI each: motor position, load and `driving`, as far as the
+        interface has them."""
+        motor = {"motor_position": self.motor_position} if self.kind.has_springs else {}
+        load = {"load_torque": self.load_torque} if self.kind.has_link else {}
+        return motor | load | dict(self.driving)
 
 
 @dataclass(frozen=True, repr=False)

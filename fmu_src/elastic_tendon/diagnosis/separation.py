@@ -8,7 +8,7 @@ that the experiment will show (T-optimality: Atkinson & Fedorov 1975).
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 from scipy.stats import ncx2
 
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.comparison.initial_state import estimate_initial_state
+from elastic_tendon.actuator.variables import moved_states
 from elastic_tendon.comparison.residuals import (
     Array,
     InitialState,
@@ -25,6 +25,7 @@ from elastic_tendon.comparison.residuals import (
     simulate_measurement,
     stack,
 )
+from elastic_tendon.diagnosis.driving import at_rest
 from elastic_tendon.diagnosis.evidence import DECISIVE_IN_PLACE
 from elastic_tendon.errors import ModelError, SimulationError
 from elastic_tendon.estimation.coordinates import Coordinates
@@ -50,8 +51,8 @@ class Rival:
 class Known:
     """A rival with what the data at hand say about it.
 
-    `root` (m + 2, m + 2) : its square is the information on the fit's variables, then on an
-    initial state yet unknown. `initial` : at rest at the start of the experiment.
+    `root` (m + k, m + k) : its square is the information on the fit's variables, then on the k
+    numbers of an initial state yet unknown. `initial` : at rest at the start of the experiment.
     """
 
     rival: Rival
@@ -78,7 +79,7 @@ class Known:
 class Prediction:
     """What a rival expects of an experiment, divided by the noise.
 
-    `signals` (N,), all signals one after the other; `jacobian` (N, m + 2) to the fit's variables
+    `signals` (N,), all signals one after the other; `jacobian` (N, m + k) to the fit's variables
     and the initial state.
     """
 
@@ -86,13 +87,13 @@ class Prediction:
     jacobian: Array
 
 
-def known(rival: Rival, experiment: Measurement) -> Known:
+def known(rival: Rival, start: float) -> Known:
     """Gather what the data at hand say about a rival.
 
     Parameters
     ----------
     rival : Rival
-    experiment : any that starts as all experiments do, at rest
+    start : where the motor rests, or a link without springs, before an experiment, rad
 
     Returns
     -------
@@ -107,13 +108,11 @@ def known(rival: Rival, experiment: Measurement) -> Known:
     jacobian = fit.problem.jacobian(fit.vector, fit.sigmas)
     # the states of the recordings come first, so that what is left below them is free of them
     ordered = np.hstack([jacobian[:, count:], jacobian[:, :count]])
-    states = jacobian.shape[1] - count
+    own = jacobian.shape[1] - count
     upper = np.asarray(np.linalg.qr(ordered, mode="r"))
-    root = np.sqrt(FREE) * np.eye(count + 2)
-    root[:count, :count] = upper[states:, states:]
-    unloaded = {"joint_position": fit.model.transmission.motor_share * experiment.motor_position}
-    resting = replace(experiment, signals=unloaded, static=True)
-    return Known(rival, root, estimate_initial_state(fit.model, resting))
+    root = np.sqrt(FREE) * np.eye(count + len(moved_states(fit.model.kind)))
+    root[:count, :count] = upper[own:, own:]
+    return Known(rival, root, at_rest(fit.model, start))
 
 
 def predict(rival: Known, experiment: Measurement, sigmas: dict[str, float]) -> Prediction:
@@ -217,7 +216,8 @@ def refit(
     Refit
     """
     problem = Problem(wrong.coordinates, (experiment,))
-    start = np.append(wrong.variables, [wrong.initial.position, wrong.initial.velocity])
+    initial = wrong.initial.as_dict(wrong.model.kind)
+    start = np.append(wrong.variables, list(initial.values()))
 
     def residuals(vector: Array) -> Array:
         try:

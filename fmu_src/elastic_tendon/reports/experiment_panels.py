@@ -8,7 +8,7 @@ import numpy as np
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.result import Experiment
 from elastic_tendon.reports.diagnosis_tables import called
-from elastic_tendon.reports.units import shown
+from elastic_tendon.reports.units import shown, with_unit
 
 TITLE = "The experiment to run next"
 
@@ -27,17 +27,18 @@ class Panel:
 
 def title_of(experiment: Experiment) -> str:
     """What stands above the panels."""
-    return TITLE if np.any(experiment.load_torque) else f"{TITLE}, without load"
+    unloaded = experiment.kind.has_springs and not np.any(experiment.load_torque)
+    return f"{TITLE}, without load" if experiment.kind.has_link and unloaded else TITLE
 
 
 def panels_of(experiment: Experiment) -> Iterator[Panel]:
-    """Motor motion, the load where one is to act, and what each answer predicts.
+    """What is done, a load where one is to act, and what each answer predicts.
 
     Predictions differ by far less than they swing, so the last panel is of their differences.
     """
-    yield Panel("motor position (rad)", {"motor": experiment.motor_position})
-    if np.any(experiment.load_torque):
-        yield Panel("load torque (N·m)", {"load": experiment.load_torque})
+    for name, values in experiment.columns.items():
+        if name != "load_torque" or np.any(values):
+            yield Panel(with_unit(name), {name.partition("_")[0]: values})
     predictions = {called(name): values for name, values in experiment.predictions.items()}
     if len(predictions) < 2:
         return
