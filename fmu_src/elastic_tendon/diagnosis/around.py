@@ -17,7 +17,7 @@ from elastic_tendon import effects
 from elastic_tendon.actuator.parameters import Model, typical_value
 from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer, refit
-from elastic_tendon.diagnosis.candidates import starts
+from elastic_tendon.diagnosis.candidates import is_damping, starts
 from elastic_tendon.diagnosis.evidence import AT_NOISE, DECISIVE, HELDOUT_AT_NOISE, MUCH, misfit
 from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, NEAR, Check, Refits
 from elastic_tendon.diagnosis.resonance import holds_swinging
@@ -53,6 +53,7 @@ SCOUTING = replace(HOPPING, scouting=6)
 DISPUTED, POOR = 2, 10.0
 WORTH_HOPPING, FAR_HOP = 0.98, 0.9  # share of the mean square that one, and all, have to leave
 # of typical strengths, from which an effect begins of which little is known
+STIFFER = 30.0  # times typical
 UNSEEN_SHARES = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0)
 
 
@@ -232,11 +233,17 @@ class Around(Refits):
         self, law: Effect, own: Effect, known: Mapping[str, float]
     ) -> list[dict[str, float]]:
         """Parameters of a law from which a refit begins, where another law of the same thing has
-        known ones: about as strong, or just as strong at every speed, which is the simpler law."""
+        known ones: about as strong, or just as strong at every speed, which is the simpler law;
+        and with far more of what is in that without end, as the stiffness of bristles."""
         alike = {part.name: known[part.name] for part in law.parameters if part.name in known}
         shares: tuple[float, ...] = UNSEEN_SHARES
         level: dict[str, float] = {}
         unit = own.strength.unit
+        endless = [
+            part.name
+            for part in law.parameters
+            if law.singular_null and not (part.shape or part.unit == unit or is_damping(part))
+        ]
         if law.strength.unit == unit:
             strength = known[own.strength.name]
             typical = typical_value(self.data.given, law.strength)
@@ -245,7 +252,9 @@ class Around(Refits):
             level = {part.name: strength for part in strengths}
         found: list[dict[str, float]] = []
         for start in starts(self.data.given, law, self.data.fitted, shares):
-            for begun in ({**start, **alike}, {**start, **level, **alike}):
+            stiff = {name: STIFFER * start[name] for name in endless}
+            for more in ({}, level, stiff, level | stiff):
+                begun = start | more | alike
                 if begun not in found:
                     found.append(begun)
         return found
