@@ -18,7 +18,7 @@ from diagnosis.test_beginnings import LINK, SECONDS
 from diagnosis.test_beginnings import recording as axis_recording
 from diagnosis.test_interfaces_diagnosed import GIVEN, NOISE, TRUE, held
 from diagnosis.test_interfaces_diagnosed import recording as drive_recording
-from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.parameters import Model, parse_model
 from elastic_tendon.diagnosis.driving import at_rest, drive_of, following
 from elastic_tendon.diagnosis.experiment import experiment_csv, next_experiment
 from elastic_tendon.diagnosis.limits import BEYOND_RECORDED, limits_of
@@ -258,6 +258,24 @@ def test_the_text_says_that_a_controller_follows_and_what_torque_is_expected() -
     assert "from rest with the joint at -0.11" in sliding
     assert "record the load force: Coulomb friction expects" in sliding
     assert "controller" not in proposed("joint")[1].text
+
+
+def test_a_force_element_that_knows_no_link_has_its_experiment_too() -> None:
+    """The joint then follows as fast as it was recorded to move."""
+    tree = GIVEN.at("joint").model_dump() | {"link": None}
+    base = parse_model({name: part for name, part in tree.items() if part is not None}, "x")
+    models = {"stiffness": base, "spring_hardening": base.with_effect("spring_hardening", None)}
+    data = [held(HARDENING).window(0.0, 0.5).to_compare(base)]
+    limits = limits_of([base], data)
+    turned = data[0].joint_position - base.transmission.motor_share * data[0].motor_position
+    assert limits.springs.frequency == np.inf
+    assert 0.1 < limits.frequency < 10.0
+    assert limits.joint_side is not None
+    assert limits.joint_side.recorded == (turned.min(), turned.max())
+    rivals = [Rival(name, fit(model, data)) for name, model in models.items()]
+    experiment = next_experiment(rivals, data)
+    assert isinstance(experiment, Experiment)
+    assert list(experiment.columns) == ["motor_position", "joint_position"]
 
 
 # ---- parts ---------------------------------------------------------------------------------

@@ -8,13 +8,14 @@ torque it takes.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import inf, pi
+from math import inf, isfinite, pi
 
 import numpy as np
 
 from elastic_tendon.actuator.design import design
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
+from elastic_tendon.actuator.sections import Link
 from elastic_tendon.comparison.initial_state import estimate_initial_state
 from elastic_tendon.comparison.residuals import Array, simulate_measurement
 from elastic_tendon.diagnosis.driving import drive_of
@@ -47,13 +48,18 @@ class Reach:
     rate: float
     recorded: tuple[float, float]
 
+    @property
+    def frequency(self) -> float:
+        """Of a sine over all of it that is as fast as it may be, Hz."""
+        return self.rate / (pi * max(self.high - self.low, LEAST_DEFLECTION))
+
 
 @dataclass(frozen=True)
 class Springs:
     """What the springs bear, whichever of the models is right; nothing limits where there are none.
 
     `deflection` : lowest and highest, rad. `torque` : lowest and highest load at rest, N·m.
-    `frequency` : natural, with both tendons taut, Hz.
+    `frequency` : natural, with both tendons taut, Hz; infinite where the model has no link.
     """
 
     deflection: tuple[float, float] = (-inf, inf)
@@ -122,42 +128,39 @@ def limits_of(models: Sequence[Model], measurements: Sequence[Measurement]) -> L
     """
     first = models[0]
     kind = first.kind
-    timed = [recording for recording in measurements if not recording.static]
-    step = min(
-        (float(np.median(np.diff(recording.time))) for recording in timed), default=1.0 / RATE
-    )
-    recorded = max(
-        (float(recording.time[-1] - recording.time[0]) for recording in timed), default=SHORTEST
-    )
+    times = [recording.time for recording in measurements if not recording.static]
+    step = min((float(np.median(np.diff(time))) for time in times), default=1.0 / RATE)
+    recorded = max((float(time[-1] - time[0]) for time in times), default=SHORTEST)
     longest = max(LONGEST, MOST_SAMPLES * step)
-    springs = _springs(models) if kind.has_springs else Springs()
     moved = "motor_position" if kind.has_springs else "joint_position"
     positions = [_position(first, recording, moved) for recording in measurements]
-    span, held = 0.0, False
-    if kind.has_springs:
-        span = float(np.ptp(springs.deflection)) / first.transmission.motor_share
-        held = max(float(np.ptp(position)) for position in positions) < HELD * span
+    springs = _springs(models) if kind.has_springs else Springs()
+    joint_side = _joint_side(first, measurements, springs)
+    motion = _reach(measurements, positions, start=float(positions[0][0]))
+    frequency = springs.frequency
+    if not isfinite(frequency):  # unknown without a link: a joint follows as fast as it did
+        frequency = (joint_side or motion).frequency
+    span = float(np.ptp(springs.deflection)) / first.transmission.motor_share
+    held = kind.has_springs and float(max(map(np.ptp, positions))) < HELD * span
     if held:
-        motion = _held_motor(positions[0], span, springs.frequency)
-    else:
-        motion = _reach(measurements, positions, start=float(positions[0][0]))
-    # without springs a joint follows as fast as it did
-    fastest = motion.rate / (pi * max(motion.high - motion.low, LEAST_DEFLECTION))
+        motion = _held_motor(positions[0], frequency, span)
     return Limits(
         kind=kind,
         motion=motion,
-        joint_side=_joint_side(first, measurements, springs),
+        joint_side=joint_side,
         springs=springs,
         drive=_drive(kind, measurements),
         step=step,
         duration=float(np.clip(recorded, SHORTEST, longest)),
-        frequency=springs.frequency if kind.has_springs else fastest,
+        frequency=frequency,
         motor_was_held=held,
     )
 
 
 def _springs(models: Sequence[Model]) -> Springs:
-    tables = [design(model) for model in models]
+    linked = models[0].link.inertia > 0.0
+    bare = {} if linked else {"link": Link(inertia=1.0)}  # of which only the springs are asked
+    tables = [design(model.model_copy(update=bare)) for model in models]
     deflection = (
         MARGIN * min(max(table.negative_max_deflection for table in tables), -LEAST_DEFLECTION),
         MARGIN * max(min(table.positive_max_deflection for table in tables), LEAST_DEFLECTION),
@@ -168,7 +171,7 @@ def _springs(models: Sequence[Model]) -> Springs:
         min(abs(table.positive_max_torque) for table in tables),
     )
     frequency = max(table.frequency_state_3 for table in tables) / (2.0 * pi)
-    return Springs(deflection, torque, frequency)
+    return Springs(deflection, torque, frequency if linked else inf)
 
 
 def _position(model: Model, recording: Measurement, name: str) -> Array:
@@ -205,7 +208,7 @@ def _reach(recordings: Sequence[Measurement], courses: Sequence[Array], start: f
         start=start,
         low=low - wider,
         high=high + wider,
-        rate=BEYOND_RECORDED * max(rates),
+        rate=BEYOND_RECORDED * max(rates, default=0.0),
         recorded=(low, high),
     )
 
