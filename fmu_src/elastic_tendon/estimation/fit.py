@@ -342,11 +342,15 @@ def _from_segments(
 ) -> FitResult:
     """A fit, or a better one of the whole recordings from where segments of rising length lead."""
     problem, begun = found.problem, [*starts, found.model]
-    for count in COUNTS:
-        part = _fitted(in_segments(problem, count), found.given, begun, OF_SEGMENTS, end, progress)
-        if part.interrupted:
-            return replace(found, interrupted=True)
-        begun = [part.model]
+    try:
+        for count in COUNTS:
+            segments = in_segments(problem, count)
+            part = _fitted(segments, found.given, begun, OF_SEGMENTS, end, progress)
+            if part.interrupted:
+                return replace(found, interrupted=True)
+            begun = [part.model]
+    except SimulationError:  # from where some segment begins
+        return found
     return _fitted(problem, found.given, [found.model, *begun], effort, end, progress)
 
 
