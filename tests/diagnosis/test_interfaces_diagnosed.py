@@ -13,6 +13,9 @@ import elastic_tendon as et
 from elastic_tendon.actuator.parameters import parse_model
 from elastic_tendon.diagnosis.data import FEWER, MOST, data_of
 from elastic_tendon.diagnosis.windows import horizon_for, torque_notes
+from elastic_tendon.estimation.coordinates import free_parameters
+from elastic_tendon.estimation.problem import problem_of
+from elastic_tendon.estimation.segments import nearly_integrates
 from elastic_tendon.reports.diagnosis_figures import all_figures as figures_of_diagnosis
 from elastic_tendon.reports.location_figures import all_figures
 from truth import signals, torque_driven
@@ -112,6 +115,15 @@ def test_a_fit_finds_the_numbers_that_the_interface_shows(plain, kind):
             "joint": {"joint_torque"},
         }[kind]
     )
+
+
+@pytest.mark.parametrize(
+    ("kind", "floats"), [("torque", True), ("torque_joint", False), ("position", False)]
+)
+def test_segments_are_asked_of_a_motor_and_a_joint_that_float_together(plain, kind, floats):
+    model = GIVEN.at(kind)
+    problem = problem_of(model, [plain], free_parameters(model))
+    assert nearly_integrates(problem, problem.start(model)) is floats
 
 
 def test_where_the_error_lies_is_told_at_every_interface(plain):

@@ -169,7 +169,8 @@ class Refits:
             if not holds_swinging(came)  # a mass of nothing would swing endlessly fast
         ]
         effort = self._effort([*starts, *nothing])
-        answer = refit(given, added, fitted, starts, effort, check)
+        first = replace(effort, in_segments=added not in self.answers)
+        answer = refit(given, added, fitted, starts, first, check)
         if nothing and answer.mean_square > self._left(smaller[0]):
             # misled by its starts: it begins where nothing of it is there
             again = refit(given, added, fitted, nothing, effort, check)

@@ -25,6 +25,7 @@ from elastic_tendon.estimation.coordinates import Limits, free_parameters
 from elastic_tendon.estimation.descent import descend
 from elastic_tendon.estimation.determinability import Findings, findings
 from elastic_tendon.estimation.problem import FINER, Problem, Sigmas, problem_of
+from elastic_tendon.estimation.segments import COUNTS, in_segments, promise_less
 from elastic_tendon.measurement import CLEARLY_LESS, Recordings, listed
 from elastic_tendon.result import Result, plain
 from elastic_tendon.simulation.work import worked
@@ -60,7 +61,8 @@ class Effort:
     `evaluations` : of one descent. `rounds` : in which sigmas are renewed. `tolerance` : relative
     fall of the cost at which a descent ends. `most` : multiplications, see `work`, after which
     descents end where they are. `hopeless` : mean square error, in the noise's, from which a fit
-    ends after `GLANCE` evaluations of its descent.
+    ends after `GLANCE` evaluations of its descent. `in_segments` : whether it begins once more from
+    segments of the recordings where these promise less, see `segments`.
     """
 
     scouted: int
@@ -71,10 +73,12 @@ class Effort:
     tolerance: float = COST_TOLERANCE
     most: float = np.inf
     hopeless: float = np.inf
+    in_segments: bool = False
 
 
-THOROUGH = Effort(scouted=100, scouting=8, polished=2, evaluations=60, rounds=5)
+THOROUGH = Effort(scouted=100, scouting=8, polished=2, evaluations=60, rounds=5, in_segments=True)
 QUICK = Effort(scouted=3, scouting=6, polished=0, evaluations=20, rounds=2)
+OF_SEGMENTS = Effort(scouted=2, scouting=4, polished=0, evaluations=8, rounds=0)
 UNSEEN = 0.01  # share of the mean square error that the solver's own may have
 REMEMBERED = 64  # vectors whose errors are kept
 AT_NOISE = 1.05  # mean square, in the noise's, that leaves nothing for other inputs to explain
@@ -315,6 +319,8 @@ def _solved(
     """A fit; again under a finer solver where the solver errs visibly beside what remains."""
     end = worked() + effort.most
     found = _fitted(problem, given, starts, effort, end, progress)
+    if not found.interrupted and effort.in_segments and promise_less(problem, found.vector):
+        found = _from_segments(found, starts, effort, end, lambda _share: progress(1.0))
     if found.interrupted:
         return found
     finer = replace(problem, tolerance=FINER * problem.tolerance)
@@ -325,6 +331,27 @@ def _solved(
         return _fitted(finer, given, again, effort, end, lambda _share: progress(1.0))
     except SimulationError:  # it would take far too many steps wherever the fit may be
         return found
+
+
+def _from_segments(
+    found: FitResult,
+    starts: Sequence[Model],
+    effort: Effort,
+    end: float,
+    progress: ShareProgress,
+) -> FitResult:
+    """A fit, or a better one of the whole recordings from where segments of rising length lead."""
+    problem, begun = found.problem, [*starts, found.model]
+    try:
+        for count in COUNTS:
+            segments = in_segments(problem, count)
+            part = _fitted(segments, found.given, begun, OF_SEGMENTS, end, progress)
+            if part.interrupted:
+                return replace(found, interrupted=True)
+            begun = [part.model]
+    except SimulationError:  # from where some segment begins
+        return found
+    return _fitted(problem, found.given, [found.model, *begun], effort, end, progress)
 
 
 def _differs(found: FitResult, finer: Problem) -> bool:
