@@ -393,6 +393,31 @@ def test_sliders_redraw_the_simulation_until_they_are_taken(compare: Walk) -> No
     assert compare.document() == before
 
 
+def test_edits_are_taken_back_though_fields_answer_late(shared: Walk) -> None:
+    """What fields show when they come is no edit, and its answer may come after others."""
+    shared.step("Model")
+    shared.settle()
+    before = shared.document()
+    type_in(shared, "tr:has-text('inertia') input", "0.031")
+    held: list[Route] = []
+
+    def hold(route: Route) -> None:
+        late = '"model-note' in (route.request.post_data or "").replace("\\", "")
+        held.append(route) if late else route.continue_()
+
+    shared.page.route(CALLS, hold)
+    shared.page.reload()
+    shared.button("Take edits back").click()
+    shared.page.wait_for_function(f"text => JSON.parse({KEPT}).session.document === text", arg="")
+    while held:
+        held.pop().continue_()
+    shared.page.unroute(CALLS)
+    shared.settle()
+    assert shared.document() == before
+    assert shared.page.input_value("tr:has-text('inertia') input") == "0.03"
+    assert shared.faults == []
+
+
 def test_nothing_moves_by_itself_for_those_who_ask_for_that(compare: Walk) -> None:
     compare.page.locator("#compare-recording").click()
     compare.page.get_by_role("option").first.wait_for()

@@ -63,6 +63,7 @@ from elastic_tendon.app.workspace import Result, Session, Workspace
 from elastic_tendon.comparison.comparison import Comparison, FileComparison
 from elastic_tendon.comparison.conditions import Selection
 from elastic_tendon.errors import MeasurementError
+from elastic_tendon.progress import silent
 from elastic_tendon.reports.comparison_tables import failing_sentence, tolerance_sentence
 from elastic_tendon.reports.interactive.loop import torque_loop, torque_words
 from elastic_tendon.reports.interactive.overlay import Run, overlay
@@ -565,7 +566,8 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
             return no_update, {"display": "none"}, "", "", None
         chosen = view_of(view, comparison)
         rests_on = _needs(session.document, session.files)
-        now = fingerprint(session, rests_on, theme, chosen.recording, seen, asked)
+        window = window_of(seen, chosen.recording)
+        now = fingerprint(session, rests_on, theme, chosen.recording, window, asked)
         if now == drawn:
             return (no_update,) * 5
         located = location_of(session, chosen)
@@ -574,15 +576,19 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
             words = while_waiting(session, rests_on, words)
             return blank(THEMES[theme]), {"height": HEIGHT, "display": "none"}, words, "", now
         runs, _ = _runs(session, chosen, asked)
-        shows = session.document.version.loaded(), runs[-1].file, located
-        figure = torque_loop(
-            *shows,
-            theme=THEMES[theme],
-            window=window_of(seen, chosen.recording),
-            dots=DOTS,
-        )
-        figure.update_layout(height=HEIGHT, title=None, margin={"t": MODE_BAR}, legend=BELOW)
-        return figure, {"height": HEIGHT}, "", torque_words(shows[1].measurement), now
+        model, file = session.document.version.loaded(), runs[-1].file
+
+        def loop(*_: object) -> Any:
+            figure = torque_loop(
+                model, file, located, theme=THEMES[theme], window=window, dots=DOTS
+            )
+            look = {"height": HEIGHT, "title": None, "margin": {"t": MODE_BAR}, "legend": BELOW}
+            return figure.update_layout(look)
+
+        # every zoom comes back to the whole, which takes long of a long recording
+        whole = Result(("loop", now), "drawing the loop", loop)
+        figure = loop() if window else session.cache.obtain(whole, silent)
+        return figure, {"height": HEIGHT}, "", torque_words(file.measurement), now
 
 
 STEP = PageStep(id="compare", title="Compare", layout=_layout, register=_register, needs=_needs)
