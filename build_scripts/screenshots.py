@@ -35,7 +35,7 @@ SIZES: dict[str, ViewportSize] = {
     "enlarged": {"width": SIZE["width"] // 2, "height": SIZE["height"] // 2},  # to 200 %
 }
 README = ("compare", "where", "which_effect", "add", "live")  # in the light
-COLOURS = 64  # of its pictures, which have a third of the bytes then and look the same
+COLOURS = 96  # of its pictures, which have a third of the bytes then and look the same
 WEAKENED = 60  # places by which the slider of the friction is moved, so that an error shows
 
 
@@ -61,6 +61,7 @@ def walked(walk: Walk, folder: Path) -> Iterator[str]:
     walk.settle()
     yield "which_effect"
     walk.add()
+    walk.page.locator("#add-columns").scroll_into_view_if_needed()
     yield "add"
     walk.step("Take away")
     walk.save(walk.build("Write the report"), folder)
@@ -121,7 +122,10 @@ def main() -> int:
         for name in README:
             picture = Image.open(given.folder / f"{name}_light.png").convert("RGB")
             shown = ROOT / "examples" / "app" / f"{name}.png"
-            picture.quantize(COLOURS).save(shown, optimize=True)
+            few = picture.quantize(
+                COLOURS, Image.Quantize.MAXCOVERAGE
+            )  # rare ones stay as they are
+            few.save(shown, optimize=True)
     return 0
 
 
