@@ -42,7 +42,7 @@ STEP = 1e-3  # s
 NOISE = 2e-4  # rad
 TONES = ((0.5, 0.3), (0.11, 0.7), (0.05, 2.9))  # rad and Hz
 ANSWER, LOAD = 500.0, 1500.0  # ms, in which every interaction is answered; until the page is there
-FRAME = 1000.0 / 60.0  # ms
+FRAME = 16.7  # ms, of 60 a second
 MOVES = 20  # of a slider
 FIRST, CURVES = "reading, and the first curves", 5.0  # s
 # tells when each figure was drawn last, and how many requests wait for an answer

@@ -35,7 +35,7 @@ SIZES: dict[str, ViewportSize] = {
     "enlarged": {"width": SIZE["width"] // 2, "height": SIZE["height"] // 2},  # to 200 %
 }
 README = ("compare", "where", "which_effect", "add", "live")  # in the light
-COLOURS = 96  # of its pictures, which have a third of the bytes then and look the same
+COLOURS = 256  # of its pictures, which have a third of the bytes then and look the same
 WEAKENED = 60  # places by which the slider of the friction is moved, so that an error shows
 
 
@@ -50,6 +50,7 @@ def walked(walk: Walk, folder: Path) -> Iterator[str]:
     walk.step("Compare")
     walk.page.get_by_text("Move parameters").click()
     walk.settle()
+    walk.page.locator("#compare-overlay").evaluate("curves => curves.scrollIntoView()")
     yield "compare"
     walk.step("Where")
     walk.settle()
