@@ -5,11 +5,14 @@
 Writes a recording of N rows (10⁶ unless said otherwise) of a machine that differs a little from
 its model, opens the app with it in headless Chromium, and prints the time from each click until the
 last figure that follows from it is drawn. Clicks while the missing torque is computed show whether
-long work keeps the page from answering. The targets are those of issue 25, for 10⁷ rows and less on
-two idle cores. Needs playwright and chromium.
+long work keeps the page from answering; the last row is how long a model that runs in a page by
+itself takes to follow a slider. The targets are those of issue 25, for 10⁷ rows and less on two
+idle cores. Needs playwright and chromium.
 """
 
 import argparse
+import re
+import statistics
 import sys
 import tempfile
 import time
@@ -19,6 +22,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from playwright.sync_api import Browser
 
 # what drives the browser belongs to the tests and is not installed
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
@@ -27,6 +31,10 @@ from app_driver import PATIENCE, Walk, browser
 from app_process import served
 from benchmarking import Row, at_most, print_table
 from elastic_tendon.actuator.parameters import load_model
+from elastic_tendon.actuator.variables import interface
+from elastic_tendon.fmu.documentation import documentation
+from elastic_tendon.fmu.live import fmu_panel
+from elastic_tendon.native.layout import layout
 from elastic_tendon.simulation.simulate import simulate
 
 MODEL = "biorob_x4_joint_3"
@@ -34,6 +42,8 @@ STEP = 1e-3  # s
 NOISE = 2e-4  # rad
 TONES = ((0.5, 0.3), (0.11, 0.7), (0.05, 2.9))  # rad and Hz
 ANSWER, LOAD = 500.0, 1500.0  # ms, in which every interaction is answered; until the page is there
+FRAME = 16.7  # ms, of 60 a second
+MOVES = 20  # of a slider
 FIRST, CURVES = "reading, and the first curves", 5.0  # s
 # tells when each figure was drawn last, and how many requests wait for an answer
 WATCH = """() => {
@@ -168,6 +178,24 @@ def _open(seen: Watched, step: str, graph: str) -> None:
     seen.shown(graph)
 
 
+def frame(started: Browser, folder: Path) -> Row:
+    """The model in the page of an FMU: it is simulated and drawn anew for each move of a slider."""
+    model, path = load_model(MODEL), folder / "index.html"
+    variables = layout(interface(*model.structure), model.values())
+    pages = documentation(model, variables, 2, panel=fmu_panel(model))
+    path.write_bytes(pages["documentation/index.html"])
+    page, took = started.new_page(), []
+    page.goto(path.as_uri())
+    told = page.locator(".live-numbers", has_text="Computed in")
+    told.wait_for()
+    for _ in range(MOVES):
+        page.get_by_role("slider", name="pretension force").press("ArrowRight")
+        page.wait_for_timeout(100)
+        took.append(sum(map(float, re.findall(r"in ([\d.]+) ms", told.inner_text()))))
+    page.close()
+    return at_most("a frame of the model that runs in a page", statistics.median(took), FRAME, "ms")
+
+
 def main() -> int:
     """Print the table; exit status."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
@@ -191,7 +219,7 @@ def main() -> int:
             named = [
                 replace(row, what=f"app, {rows:.0e} rows: {row.what}") for row in [load, *seen.rows]
             ]
-            status = print_table(title, named)
+            status = print_table(title, [*named, frame(started, Path(work))])
             print("\n".join(walk.faults))
     return status
 

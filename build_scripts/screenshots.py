@@ -10,11 +10,12 @@ chromium.
 """
 
 import argparse
-import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+
+from PIL import Image
 
 # what drives the browser belongs to the tests and is not installed
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
@@ -33,11 +34,8 @@ SIZES: dict[str, ViewportSize] = {
     "phone": {"width": 390, "height": 844},
     "enlarged": {"width": SIZE["width"] // 2, "height": SIZE["height"] // 2},  # to 200 %
 }
-README = {
-    "where_light.png": "where.png",
-    "which_effect_light.png": "which_effect.png",
-    "live_light.png": "live.png",
-}
+README = ("compare", "where", "which_effect", "add", "live")  # in the light
+COLOURS = 256  # of its pictures, which have a third of the bytes then and look the same
 WEAKENED = 60  # places by which the slider of the friction is moved, so that an error shows
 
 
@@ -52,6 +50,7 @@ def walked(walk: Walk, folder: Path) -> Iterator[str]:
     walk.step("Compare")
     walk.page.get_by_text("Move parameters").click()
     walk.settle()
+    walk.page.locator("#compare-overlay").evaluate("curves => curves.scrollIntoView()")
     yield "compare"
     walk.step("Where")
     walk.settle()
@@ -63,6 +62,7 @@ def walked(walk: Walk, folder: Path) -> Iterator[str]:
     walk.settle()
     yield "which_effect"
     walk.add()
+    walk.page.locator("#add-columns").scroll_into_view_if_needed()
     yield "add"
     walk.step("Take away")
     walk.save(walk.build("Write the report"), folder)
@@ -120,8 +120,13 @@ def main() -> int:
     with served("--demo") as url, browser() as started:
         write_pictures(started, url, given.folder)
     if given.readme:
-        for name, shown in README.items():
-            shutil.copyfile(given.folder / name, ROOT / "examples" / "app" / shown)
+        for name in README:
+            picture = Image.open(given.folder / f"{name}_light.png").convert("RGB")
+            shown = ROOT / "examples" / "app" / f"{name}.png"
+            few = picture.quantize(
+                COLOURS, Image.Quantize.MAXCOVERAGE
+            )  # rare ones stay as they are
+            few.save(shown, optimize=True)
     return 0
 
 

@@ -4,6 +4,8 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 pytest.importorskip("playwright")
@@ -14,9 +16,9 @@ from app_process import end, start
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
 
-SENT = b"time_s,motor_position_rad,joint_position_rad\n" + b"".join(
-    b"%.2f,%.4f,%.4f\n" % (i / 100, i / 1000, i / 1001) for i in range(50)
-)
+TIME = np.arange(50) / 100
+MOTION = {"motor_position_rad": TIME / 10, "joint_position_rad": TIME / 10.01}
+SENT = pd.DataFrame({"time_s": TIME, **MOTION}).to_parquet()
 RUNS = "() => !document.getElementById('work').hidden"  # work is under way
 FRICTION = "Coulomb friction"
 
@@ -60,12 +62,12 @@ def in_model(killed: Killed) -> None:
 def in_data(killed: Killed) -> None:
     walk = killed.walk
     walk.step("Data")
-    sent = {"name": "sent.csv", "mimeType": "text/csv", "buffer": SENT}
+    sent = {"name": "sent.parquet", "mimeType": "application/octet-stream", "buffer": SENT}
     walk.page.locator("#data-upload input[type=file]").set_input_files([sent])
-    walk.page.get_by_text("sent.csv", exact=True).first.wait_for()
+    walk.page.get_by_text("sent.parquet", exact=True).first.wait_for()
     killed.kill("Data")
     walk.settle()
-    card = walk.page.locator(".card").filter(has=walk.page.get_by_text("sent.csv", exact=True))
+    card = walk.page.locator(".card").filter(has=walk.page.get_by_text("sent.parquet", exact=True))
     assert "50 samples" in card.inner_text()
     card.get_by_role("button", name="Remove").click()
     walk.settle()

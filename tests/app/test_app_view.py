@@ -27,6 +27,7 @@ from elastic_tendon.app.readings import (
 )
 from elastic_tendon.app.results import Compared
 from elastic_tendon.app.sliders import LABEL, moved_runs, moved_words
+from elastic_tendon.app.steps import compare as step
 from elastic_tendon.app.tables import Exact
 from elastic_tendon.app.view import (
     SIGNAL,
@@ -51,7 +52,9 @@ from elastic_tendon.comparison.maps import CELLS
 from elastic_tendon.comparison.residuals import rms
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.reports.comparison_tables import bin_cells, sample_shares
+from elastic_tendon.reports.interactive.loop import torque_loop
 from elastic_tendon.reports.interactive.overlay import Run, overlay
+from elastic_tendon.reports.interactive.theme import THEMES
 from elastic_tendon.reports.units import number, shown
 
 
@@ -265,6 +268,26 @@ def test_a_figure_is_drawn_again_when_what_it_shows_comes_or_changes(session: Se
     assert fingerprint(session, [needed], "light") == fingerprint(session, [needed], "light")
     assert fingerprint(session, [needed], "light") != fingerprint(session, [needed], "dark")
     assert fingerprint(session, [needed], "light") != fingerprint(fresh, [needed], "light")
+
+
+def test_a_zoom_comes_back_to_a_loop_that_was_drawn(
+    session: Session, found: Compared, location: FileLocation, monkeypatch
+) -> None:
+    drawn: list[object] = []
+
+    def draw(*given: object, **look: object) -> object:
+        drawn.append(look["window"])
+        return torque_loop(*given, **look)
+
+    monkeypatch.setattr(step, "torque_loop", draw)
+    file = found.fitted.files[0]
+    whole, part, again = (
+        step.loop_figure(session, file, location, theme=THEMES["light"], window=window, key=key)
+        for window, key in ((None, "whole"), ((1.0, 2.0), "part"), (None, "whole"))
+    )
+    assert drawn == [None, (1.0, 2.0)]
+    assert again == whole
+    assert part != whole
 
 
 # ---- zoom and cursors ----------------------------------------------------------------------

@@ -4,11 +4,13 @@ import json
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 from threading import Thread
 
 import pandas as pd
 import pytest
+from asammdf import MDF, Signal
 
 pytest.importorskip("playwright")
 pytest.importorskip("dash")
@@ -86,6 +88,16 @@ def upload(walk: Walk, **files: bytes) -> None:
     walk.page.locator("#data-upload input[type=file]").set_input_files(payload)
 
 
+def as_mdf(recording: pd.DataFrame) -> bytes:
+    """A recording as a file of MDF 4."""
+    time, file = recording.pop("time_s").to_numpy(), BytesIO()
+    with MDF(version="4.10") as written:
+        for name, values in recording.items():
+            written.append(Signal(values.to_numpy(), time, name=str(name)))
+        written.save(file)
+    return file.getvalue()
+
+
 def test_cancel_answers_at_once_and_keeps_what_was_refitted(walk: Walk) -> None:
     walk.step("Which effect")
     walk.settle()
@@ -147,6 +159,12 @@ def test_what_is_known_of_a_search_can_be_looked_at_and_taken(chromium, monkeypa
         assert walk.page.locator("#take-best").is_hidden()
         walk.button("Find which effect is missing").click()
         walk.page.get_by_text("Judged so far").wait_for()
+        said = walk.page.get_by_role("status").filter(has_text="refitting what may do better")
+        said.wait_for()
+        assert said.get_attribute("aria-live") == "polite"
+        assert (
+            walk.page.get_by_role("progressbar", name="Work done").get_attribute("value") == "0.500"
+        )
         screen, listed = (walk.page.locator(place) for place in ("#effect-screen", "#effect-list"))
         interim, rows = screen.inner_text().splitlines()[0], listed.get_by_role("row")
         assert interim.startswith("Coulomb friction")
@@ -203,11 +221,11 @@ def test_a_bad_file_is_told_in_its_place_and_costs_nothing_else(walk: Walk) -> N
 
 
 def test_names_of_files_are_never_markup(walk: Walk) -> None:
-    rude = "<img src=x onerror=alert(1)><b>bold.csv"
+    rude = "<img src=x onerror=alert(1)><b>bold.mf4"
     walk.page.on("dialog", lambda dialog: walk.faults.append(dialog.message) or dialog.dismiss())
     walk.step("Data")
-    lines = (DATA / "demo_fit.csv").read_bytes().splitlines(keepends=True)
-    upload(walk, **{rude: b"".join(lines[:1001])})
+    recording = pd.read_csv(DATA / "demo_fit.csv", nrows=1000)
+    upload(walk, **{rude: as_mdf(recording)})
     walk.page.get_by_text(rude, exact=True).first.wait_for()
     walk.page.get_by_text("2 recordings are fitted").wait_for()
     for step in ("Compare", "Where"):
@@ -248,6 +266,23 @@ def test_the_browser_goes_back_to_the_step_before(shared: Walk) -> None:
     shared.heading("Data").wait_for()
     assert shared.heading("Data").is_visible()
     assert shared.faults == []
+
+
+def test_a_page_that_hears_nothing_says_so_and_goes_on(shared: Walk) -> None:
+    """As after the computer slept."""
+    shared.step("Data")
+    shared.settle()
+    before, context = shared.document(), shared.page.context
+    context.set_offline(True)
+    shared.page.get_by_role("alert").filter(has_text="The server does not answer").wait_for()
+    with shared.page.expect_navigation():
+        context.set_offline(False)
+    shared.heading("Data").wait_for()
+    shared.settle()
+    assert shared.document() == before
+    assert shared.page.inner_text("#lost") == ""
+    assert all("ERR_INTERNET_DISCONNECTED" in fault for fault in shared.faults)
+    shared.faults.clear()
 
 
 # share of the dots of Compare's loop that are faint
@@ -391,6 +426,36 @@ def test_sliders_redraw_the_simulation_until_they_are_taken(compare: Walk) -> No
     compare.button("Take edits back").click()
     compare.settle()
     assert compare.document() == before
+
+
+def test_edits_are_taken_back_though_fields_answer_late(shared: Walk) -> None:
+    """Fields that come tell what they show; that is no edit, however late it is heard."""
+    shared.step("Model")
+    shared.settle()
+    before, inertia = shared.document(), shared.page.get_by_label("Link: inertia")
+    inertia.fill("0.031")
+    shared.page.keyboard.press("Tab")
+    shared.settle()
+    assert shared.document() != before
+    held: list[Route] = []
+
+    def hold(route: Route) -> None:
+        late = "model-note" in route.request.post_data_json["output"]
+        held.append(route) if late else route.continue_()
+
+    shared.page.route(CALLS, hold)
+    shared.page.reload()
+    with shared.page.expect_response(lambda one: '"model-back"' in (one.request.post_data or "")):
+        shared.button("Take edits back").click()
+    while not held:
+        shared.page.wait_for_timeout(50)
+    while held:
+        held.pop(0).continue_()
+    shared.page.unroute(CALLS)
+    shared.settle()
+    assert shared.document() == before
+    assert inertia.input_value() == "0.03"
+    assert shared.faults == []
 
 
 def test_nothing_moves_by_itself_for_those_who_ask_for_that(compare: Walk) -> None:
@@ -548,6 +613,11 @@ def test_a_mark_out_of_sight_undoes_the_zoom(compare: Walk) -> None:
     compare.settle()
     assert ends(compare) == ["0", "1.5"]
     assert not compare.page.get_by_text("The zoom was reset").is_visible()
+    # buttons made anew would forget a click that is not yet answered
+    compare.page.evaluate("document.querySelector('#where-bins button').kept = true")
+    compare.page.evaluate(NEWS)
+    compare.settle()
+    assert compare.page.evaluate("document.querySelector('#where-bins button').kept")
     compare.button("Show the samples of time 2 to 3 s").click()
     compare.page.get_by_text("The zoom was reset").wait_for()
     compare.settle()

@@ -26,6 +26,7 @@ from elastic_tendon.app.filters import FIELDS, conditions, filters, ranges
 from elastic_tendon.app.readings import (
     FORMULAS,
     NO_CURSORS,
+    Window,
     cursor_rows,
     error_heads,
     error_rows,
@@ -62,11 +63,13 @@ from elastic_tendon.app.view import (
 from elastic_tendon.app.workspace import Result, Session, Workspace
 from elastic_tendon.comparison.comparison import Comparison, FileComparison
 from elastic_tendon.comparison.conditions import Selection
+from elastic_tendon.comparison.locate import FileLocation
 from elastic_tendon.errors import MeasurementError
+from elastic_tendon.progress import silent
 from elastic_tendon.reports.comparison_tables import failing_sentence, tolerance_sentence
 from elastic_tendon.reports.interactive.loop import torque_loop, torque_words
 from elastic_tendon.reports.interactive.overlay import Run, overlay
-from elastic_tendon.reports.interactive.theme import THEMES, blank
+from elastic_tendon.reports.interactive.theme import THEMES, Theme, blank
 from elastic_tendon.reports.units import Shown, shown
 
 # a double click shows all, as does a button
@@ -565,7 +568,8 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
             return no_update, {"display": "none"}, "", "", None
         chosen = view_of(view, comparison)
         rests_on = _needs(session.document, session.files)
-        now = fingerprint(session, rests_on, theme, chosen.recording, seen, asked)
+        window = window_of(seen, chosen.recording)
+        now = fingerprint(session, rests_on, theme, chosen.recording, window, asked)
         if now == drawn:
             return (no_update,) * 5
         located = location_of(session, chosen)
@@ -574,15 +578,34 @@ def _register_loop(app: Dash, workspace: Workspace) -> None:
             words = while_waiting(session, rests_on, words)
             return blank(THEMES[theme]), {"height": HEIGHT, "display": "none"}, words, "", now
         runs, _ = _runs(session, chosen, asked)
-        shows = session.document.version.loaded(), runs[-1].file, located
-        figure = torque_loop(
-            *shows,
-            theme=THEMES[theme],
-            window=window_of(seen, chosen.recording),
-            dots=DOTS,
-        )
-        figure.update_layout(height=HEIGHT, title=None, margin={"t": MODE_BAR}, legend=BELOW)
-        return figure, {"height": HEIGHT}, "", torque_words(shows[1].measurement), now
+        file = runs[-1].file
+        figure = loop_figure(session, file, located, theme=THEMES[theme], window=window, key=now)
+        return figure, {"height": HEIGHT}, "", torque_words(file.measurement), now
+
+
+def loop_figure(
+    session: Session,
+    file: FileComparison,
+    location: FileLocation,
+    *,
+    theme: Theme,
+    window: Window | None,
+    key: str,
+) -> Any:
+    """`torque_loop` as the page shows it; `key` changes whenever another would be drawn.
+
+    All of a recording, to which every zoom comes back, is drawn once: of a long one it takes long.
+    """
+    model = session.document.version.loaded()
+
+    def draw(*_: object) -> Any:
+        figure = torque_loop(model, file, location, theme=theme, window=window, dots=DOTS)
+        look = {"height": HEIGHT, "title": None, "margin": {"t": MODE_BAR}, "legend": BELOW}
+        return figure.update_layout(look)
+
+    if window is not None:
+        return draw()
+    return session.cache.obtain(Result(("loop", key), "drawing the loop", draw), silent)
 
 
 STEP = PageStep(id="compare", title="Compare", layout=_layout, register=_register, needs=_needs)

@@ -12,7 +12,14 @@ from elastic_tendon.actuator.parameters import model_from_toml
 from elastic_tendon.app.choice import choice
 from elastic_tendon.app.document import Document, Version
 from elastic_tendon.app.figures import saveable
-from elastic_tendon.app.numbers import Number, edited, sections, unit_in_words, with_minus
+from elastic_tendon.app.numbers import (
+    Number,
+    edited,
+    sections,
+    shown,
+    unit_in_words,
+    with_minus,
+)
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import PageStep, dom_id, while_open
 from elastic_tendon.app.tables import Exact, copied_unless_edited, scrolling, table
@@ -237,6 +244,12 @@ def machine(version: Version) -> str:
     return sha256((version.given or version.model).encode()).hexdigest()
 
 
+def showing(version: Version) -> dict[str, Any]:
+    """What the fields show of a version: its texts by path, and what tells it from others."""
+    texts = {path: shown(value) for path, value in version.loaded().values().items()}
+    return {"mark": version.mark, "machine": machine(version), "texts": texts}
+
+
 # ---- callbacks -----------------------------------------------------------------------------
 
 
@@ -254,13 +267,13 @@ def _register_numbers(app: Dash, workspace: Workspace) -> None:
         *while_open("model"),
         State("model-shown", "data"),
     )
-    def fill(stored: Any, opened: str, shown: Any) -> tuple[Any, Any]:
+    def fill(stored: Any, opened: str, filled: Any) -> tuple[Any, Any]:
         if not stored or opened != "model":
             return no_update, no_update
         version = workspace.open(stored).document.version
-        now = {"mark": version.mark, "machine": machine(version)}
+        now = showing(version)
         # fields that show this already are left alone: someone may be typing in one
-        return (no_update, no_update) if shown == now else (fields(version, {}), now)
+        return (no_update, no_update) if filled == now else (fields(version, {}), now)
 
     @app.callback(
         Output("session", "data", allow_duplicate=True),
@@ -273,25 +286,34 @@ def _register_numbers(app: Dash, workspace: Workspace) -> None:
         prevent_initial_call=True,
     )
     def edit(
-        texts: list[str | None], ids: list[dict[str, str]], shown: Any, stored: Any
+        texts: list[str | None], ids: list[dict[str, str]], filled: Any, stored: Any
     ) -> tuple[Any, Any, list[Any]]:
-        nothing = no_update, no_update, [no_update] * len(ctx.outputs_list[2])
-        if not stored or not shown:
+        places = [output["id"]["model-note"] for output in ctx.outputs_list[2]]
+        nothing = no_update, no_update, [no_update] * len(places)
+        if not stored or not filled:
             return nothing
         session = workspace.open(stored)
-        version = session.document.version
-        if machine(version) != shown["machine"]:
+        if machine(session.document.version) != filled["machine"]:
             return nothing  # the fields are of another model, and are about to be replaced
-        asked = {place["model-value"]: (text or "") for place, text in zip(ids, texts, strict=True)}
-        model, refused = edited(version.loaded(), asked)
-        if model.to_toml() != version.model:
-            session.change(lambda document: document.edited(model))
-        version = session.document.version
+        held = {place["model-value"]: (text or "") for place, text in zip(ids, texts, strict=True)}
+        # what a field was filled with is no edit: the model may have been changed since
+        typed = {path: text for path, text in held.items() if text != filled["texts"].get(path)}
+
+        def take(document: Document) -> Document:
+            model, _ = edited(document.version.loaded(), typed)
+            same = model.to_toml() == document.version.model
+            return document if same else document.edited(model)
+
+        changed = take(session.document) is not session.document
+        version = (session.change(take) if changed else session.document).version
+        model, refused = edited(version.loaded(), typed)
         below = notes(version, refused)
+        # else they are about to be replaced
+        alike = edited(model, held)[0] == model
         return (
-            session.stored(),
-            {"mark": version.mark, "machine": machine(version)},
-            [below.get(output["id"]["model-note"], "") for output in ctx.outputs_list[2]],
+            session.stored() if changed else no_update,
+            showing(version) if alike else no_update,
+            [below.get(place, "") for place in places],
         )
 
 

@@ -71,7 +71,8 @@ HINT = "Choose a bin of the table, click a bar or a cell of a map: its samples a
 def _layout() -> Sequence[Component]:
     return [
         dcc.Store(id="where-mark"),
-        # what the figures show now
+        # what words and figures show now
+        dcc.Store(id="where-told"),
         dcc.Store(id="where-curves-drawn"),
         dcc.Store(id="where-drawn"),
         html.P(id="where-waiting", className="quiet"),
@@ -166,26 +167,31 @@ def _register_words(app: Dash, workspace: Workspace) -> None:
         Output("where-sentences", "children"),
         Output("where-bins", "children"),
         Output("where-residual-table", "children"),
+        Output("where-told", "data"),
         *while_open("where"),
         Input("compare-view", "data"),
+        State("where-told", "data"),
     )
-    def tell(stored: Any, opened: str, view: Any) -> Any:
+    def tell(stored: Any, opened: str, view: Any, told: Any) -> Any:
         if not stored or opened != "where":
-            return (no_update,) * 5
+            return (no_update,) * 6
         session = workspace.open(stored)
         seen = _seen(session, view)
         comparison = compared_now(session)
+        rests_on = _needs(session.document, session.files)
         if seen is None or comparison is None:
-            rests_on = _needs(session.document, session.files)
             words = while_waiting(session, rests_on, "Finding where the model fails…")
-            return True, words, [], [], []
+            return True, words, [], [], [], None
         chosen, location = seen
+        now = fingerprint(session, rests_on, chosen)
+        if now == told:  # buttons made anew would forget a click that is not yet answered
+            return (no_update,) * 6
         file = recordings(comparison)[chosen.recording]
         items = [html.Li(sentence) for sentence in sentences(file, location)]
         static = file.measurement.static
         bins = _bin_table(location, chosen.signal, static=static)
         tests = residual_rows(location.correlations.get(chosen.signal, ()))
-        return False, "", items, bins, table(HEADS, tests)
+        return False, "", items, bins, table(HEADS, tests), now
 
 
 def _bin_table(location: FileLocation, signal: str, *, static: bool) -> Component:

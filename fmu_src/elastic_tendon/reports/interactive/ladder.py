@@ -110,7 +110,7 @@ def _scale(values: Sequence[float]) -> dict[str, Any]:
     """
     exponents = [log10(value) for value in values if value > 0.0] or [0.0]
     decades = max(exponents) - min(exponents)
-    margin = max(0.15, 0.15 * decades)
+    margin = max(0.15, 0.2 * decades)  # for the labels of the lowest and the highest
     # labels at 1, 2 and 5 of each decade, or at every so many decades
     step = "D2" if decades < FEW_DECADES else ceil(decades / MOST_LABELS)
     return {"range": [min(exponents) - margin, max(exponents) + margin], "dtick": step}

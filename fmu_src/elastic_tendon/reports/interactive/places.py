@@ -49,7 +49,7 @@ def error_maps(file: FileComparison, location: FileLocation, *, theme: Theme = L
     """
     maps = maps_of(file, location)
     title = {"text": f"{plain(abridged(file.measurement.name))}: where the error lies"}
-    figure = make_subplots(len(maps), 2, horizontal_spacing=0.24, vertical_spacing=0.18)
+    figure = make_subplots(len(maps), 2, horizontal_spacing=0.27, vertical_spacing=0.18)
     style = {"height": HEIGHT, "margin": {"t": 48}, "plot_bgcolor": theme.blank}
     dressed(figure, theme, title=title, **style)
     for row, error_map in enumerate(maps, start=1):

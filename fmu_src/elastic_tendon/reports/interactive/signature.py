@@ -43,7 +43,7 @@ def signature_figure(
         panels = [max(panels, key=lambda panel: panel.beside.difference)]
     titles = [_title(panel) for panel in panels]
     figure = make_subplots(1, len(panels), subplot_titles=titles, horizontal_spacing=0.09)
-    dressed(figure, theme, height=260, margin={"t": 54, "b": 44, "l": 56, "r": 8})
+    dressed(figure, theme, height=260, margin={"t": 54, "b": 44, "l": 56, "r": 11})
     figure.update_layout(legend={"y": 1.12})
     for column, panel in enumerate(panels, start=1):
         _draw(figure, panel, signature, theme, column)
