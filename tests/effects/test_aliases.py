@@ -15,8 +15,8 @@ GEARED = PAPER.with_values({"transmission.motor_pulley_radius": 0.02})
 
 
 def measured(model, **options):
-    options |= {"as_measured": True, "tolerance": 1e-11}
-    motion = simulate(model, TIME, MOTOR, LOAD, **options)
+    options = {"load_torque": LOAD, "as_measured": True, "tolerance": 1e-11} | options
+    motion = simulate(model, TIME, MOTOR, **options)
     return motion[motion.measured("joint_position")]
 
 
@@ -53,6 +53,42 @@ def test_encoder_offsets_are_the_same_once_the_start_is_free():
 def test_encoder_offsets_differ_where_an_effect_knows_the_angle(effect, numbers):
     at_motor, at_joint = with_offsets(GEARED.with_effect(effect, numbers))
     assert np.abs(at_motor - at_joint).max() > 1e-4
+
+
+SHARE = 0.05
+
+
+def test_a_gain_of_the_motors_encoder_is_a_smaller_pulley():
+    gain = measured(GEARED.with_effect("motor_encoder_gain", {"error": SHARE}))
+    smaller = GEARED.with_values({"transmission.motor_pulley_radius": 0.02 / (1.0 + SHARE)})
+    assert np.abs(gain - measured(GEARED)).max() > 1e-2
+    assert np.abs(gain - measured(smaller)).max() < AGREEMENT
+
+
+def gain_and_radius(load):
+    """Measured with a gain of the joint's encoder; with a pulley and a link that look like it."""
+    values = GEARED.values()
+    smaller = {
+        path: values[path] / (1.0 + SHARE) ** power
+        for path, power in (
+            ("transmission.joint_pulley_radius", 1),
+            ("link.inertia", 2),
+            ("link.damping", 2),
+        )
+    }
+    gain = GEARED.with_effect("joint_encoder_gain", {"error": SHARE})
+    return [measured(model, load_torque=load) for model in (gain, GEARED.with_values(smaller))]
+
+
+def test_a_gain_of_the_joints_encoder_is_a_smaller_pulley_where_nothing_loads_the_joint():
+    gain, smaller = gain_and_radius(0.0 * LOAD)
+    assert np.abs(gain - measured(GEARED, load_torque=0.0 * LOAD)).max() > 1e-2
+    assert np.abs(gain - smaller).max() < AGREEMENT
+
+
+def test_a_gain_of_the_joints_encoder_differs_under_a_load():
+    gain, smaller = gain_and_radius(LOAD)
+    assert np.abs(gain - smaller).max() > 1e-3
 
 
 def softer(model, compliance):
