@@ -65,30 +65,33 @@ def test_a_gain_of_the_motors_encoder_is_a_smaller_pulley():
     assert np.abs(gain - measured(smaller)).max() < AGREEMENT
 
 
-def gain_and_radius(load):
-    """Measured with a gain of the joint's encoder; with a pulley and a link that look like it."""
-    values = GEARED.values()
+def gains(model):
+    """Measured with a gain of the joint's encoder, and with the motor's that looks like it."""
+    damped = {f"transmission.{side}_spring.damping": 30.0 for side in ("upper", "lower")}
+    model = model.with_values(damped)
+    both = ("stiffness", "damping")
+    paths = [f"transmission.{side}_spring.{of}" for side in ("upper", "lower") for of in both]
     smaller = {
-        path: values[path] / (1.0 + SHARE) ** power
-        for path, power in (
-            ("transmission.joint_pulley_radius", 1),
-            ("link.inertia", 2),
-            ("link.damping", 2),
-        )
+        path: model.values()[path] / (1.0 + SHARE)
+        for path in (*paths, "link.inertia", "link.damping")
     }
-    gain = GEARED.with_effect("joint_encoder_gain", {"error": SHARE})
-    return [measured(model, load_torque=load) for model in (gain, GEARED.with_values(smaller))]
+    other = {"error": -SHARE / (1.0 + SHARE)}
+    joint = model.with_effect("joint_encoder_gain", {"error": SHARE})
+    return [measured(joint)] + [
+        measured(one.with_effect("motor_encoder_gain", other))
+        for one in (model.with_values(smaller), model)
+    ]
 
 
-def test_a_gain_of_the_joints_encoder_is_a_smaller_pulley_where_nothing_loads_the_joint():
-    gain, smaller = gain_and_radius(0.0 * LOAD)
-    assert np.abs(gain - measured(GEARED, load_torque=0.0 * LOAD)).max() > 1e-2
-    assert np.abs(gain - smaller).max() < AGREEMENT
+def test_gains_of_both_encoders_are_the_same_where_stiffness_and_inertia_are_free():
+    joint, motor, known = gains(GEARED)
+    assert np.abs(joint - motor).max() < AGREEMENT
+    assert np.abs(joint - known).max() > 1e-3
 
 
-def test_a_gain_of_the_joints_encoder_differs_under_a_load():
-    gain, smaller = gain_and_radius(LOAD)
-    assert np.abs(gain - smaller).max() > 1e-3
+def test_gains_of_the_encoders_differ_where_an_effect_knows_the_angle():
+    joint, motor, _ = gains(GEARED.with_effect("gravity_load", {"torque": 2.0, "angle": 0.3}))
+    assert np.abs(joint - motor).max() > 1e-4
 
 
 def softer(model, compliance):

@@ -31,6 +31,7 @@ TREE = {
 }
 TIME = np.arange(0.0, 1.0, 0.002)
 EXPERIMENT = multisine(3, Limits(0.4, 5.0, 4.0), 1.0)
+TRUE = SignalMaps()  # sensors that show what there is
 # it plays no load cells: what they make of a torque or a force moves nothing
 PLAYED = [name for name in EFFECTS if name.rpartition("_")[0] not in CELLS]
 
@@ -42,7 +43,7 @@ def tree_with(effects: dict, damping: float) -> dict:
     return tree
 
 
-def inputs(maps: SignalMaps = SignalMaps()) -> Inputs:
+def inputs(maps: SignalMaps = TRUE) -> Inputs:
     """What the sensors show of the experiment."""
     motor = np.array([EXPERIMENT.motor_position.value(time) for time in TIME])
     load = np.array([EXPERIMENT.load_torque.value(time) for time in TIME])

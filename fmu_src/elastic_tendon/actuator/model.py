@@ -157,9 +157,7 @@ def _rate(s: Symbols, angle: Symbol) -> Symbol:
     known = s.input | s.state
     velocities = [name for name in known if name in POSITION_OF]
     along = ca.vertcat(*(known[POSITION_OF[name]] for name in velocities))
-    unknowns_by_along = derivative_of_unknowns(
-        s.implicit_columns()["residuals"], s.unknowns, along
-    )
+    unknowns_by_along = derivative_of_unknowns(s.implicit_columns()["residuals"], s.unknowns, along)
     by_along = total_jacobian(angle, along, s.unknowns, unknowns_by_along)
     return by_along @ ca.vertcat(*(known[name] for name in velocities))
 

@@ -25,11 +25,11 @@ EFFECT = Effect(
     "every slack state and in both directions: right at zero, and most wrong at the ends of the "
     "range. Without load the joint seems to turn by more or less than r / R of the motor.",
     law="measured joint position = (1 + error) q, then plus the encoder's offset",
-    confused_with="Motor encoder gain: alike as long as no load deflects the springs, by a share "
-    "of the other sign. Joint encoder offset: it is as large where the joint is at zero. A wrong "
-    "radius of a pulley: the same without load, beside another inertia; a known load tells it "
-    "apart. A wrong inertia (link.inertia): alike where there are no springs and the load alone "
-    "moves the link.",
+    confused_with="Motor encoder gain: alike, by a share of the other sign, but for what a load "
+    "deflects, as far as stiffness and inertia are known. Joint encoder offset: it is as large "
+    "where the joint is at zero. A wrong radius of the joint pulley: alike beside another "
+    "stiffness and inertia. A wrong inertia (link.inertia): alike where there are no springs and "
+    "the load alone moves the link.",
     confirm="Turn the link between two angles that a jig or a spirit level tells, as far apart as "
     "it can, and compare the difference of the readings with that of the angles.",
     cure="Calibrate the encoder at two known angles, or correct its ratio and counts in the drive; "
@@ -53,10 +53,11 @@ EFFECT = Effect(
     "Wiley, 1991",
     aliases=(
         Alias(
-            of=("transmission.joint_pulley_radius", "link.inertia", "link.damping"),
-            when="springs and viscous damping alone act on the joint and its torque is not "
-            "measured: a radius 1 + error times as small, with inertia and damping (1 + error)² "
-            "times as small, is then the same",
+            of=("motor_encoder_gain",),
+            when="stiffness and damping of springs and inertia and damping of the link are not "
+            "known, and nothing depends on the angle itself, as gravity, stops and eccentricity "
+            "do: with each of them 1 + error times as small, the motor's error is -error / "
+            "(1 + error)",
         ),
     ),
 )

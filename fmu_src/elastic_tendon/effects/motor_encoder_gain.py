@@ -25,10 +25,10 @@ EFFECT = Effect(
     "every speed, in every slack state and in both directions: right where the motor is at zero, "
     "and most wrong at the ends of its range. What a load deflects is as it should be.",
     law="true motor position = (measured one - offset) / (1 + error)",
-    confused_with="Joint encoder gain: alike as long as no load deflects the springs, by a share "
-    "of the other sign. Motor encoder offset: it is as large where the motor is at zero. A wrong "
-    "radius of the motor pulley: the same, unless the motor's torque is known. Pulley "
-    "eccentricity: alike over less than half a turn of the motor.",
+    confused_with="Joint encoder gain: alike, by a share of the other sign, but for what a load "
+    "deflects, as far as stiffness and inertia are known. Motor encoder offset: it is as large "
+    "where the motor is at zero. A wrong radius of the motor pulley: the same, unless the motor's "
+    "torque is known. Pulley eccentricity: alike over less than half a turn of the motor.",
     confirm="Turn the motor's pulley by whole turns, told by a mark on it, and compare what the "
     "encoder counts with them. Measure the pulley with the tendon on it, as far as the middle of "
     "the tendon, to rule out its radius.",

@@ -210,8 +210,7 @@ def alias_sentences(
         f"{effect.title} cannot be distinguished from {' and '.join(alias.of)} as long as "
         f"{alias.when}."
         for alias in effects.BY_ID.aliases_of(effect)
-        if not set(alias.of) <= set(refitted)
-        and all(_has(kind, like) for like in alias.of)
+        if not set(alias.of) <= set(refitted) and all(_has(kind, like) for like in alias.of)
     ]
 
 
