@@ -5,6 +5,7 @@ import pytest
 
 import elastic_tendon as et
 from elastic_tendon.effects import BY_ID
+from elastic_tendon.reports.diagnosis_tables import doubt_sentences
 from truth.fast import Inputs, Player
 
 GIVEN = et.load_model("biorob_x4_joint_3")
@@ -16,6 +17,8 @@ HIDDEN = {
     "directional_damping": {"difference": 0.12},
     "cubic_damping": {"coefficient": 0.01},
     "spring_asymmetry": {"square_stiffness": 2e5},
+    "joint_encoder_gain": {"error": 0.03},
+    "motor_encoder_gain": {"error": -0.04},
 }
 RIVALS = ("coulomb_friction", "constant_torque", "quadratic_drag", "spring_hardening")
 
@@ -39,3 +42,22 @@ def test_it_is_found_among_its_rivals_where_it_is_asked_for(effect_id):
     ((name, value),) = HIDDEN[effect_id].items()
     assert found.model.effects[effect_id][name] == pytest.approx(value, rel=0.05)
     assert found.ladder[-1].noise_ratio["joint_position"] < 1.1
+
+
+GAINS = ("joint_encoder_gain", "motor_encoder_gain")
+
+
+def test_gains_of_two_encoders_are_told_together_and_beside_the_offset():
+    """As long as stiffness and inertia are free, nothing tells one from the other."""
+    hidden = {GAINS[0]: HIDDEN[GAINS[0]], "joint_encoder_offset": {"offset": 0.02}}
+    zeros = ("joint_encoder_offset",)
+    found = et.diagnose(
+        GIVEN, recorded(hidden), options=et.Options(only=("coulomb_friction", *zeros, *GAINS))
+    )
+    assert set(found.added) - set(GAINS) == set(zeros)
+    (gain,) = set(found.added) & set(GAINS)
+    error, joint = found.model.effects[gain]["error"], HIDDEN[GAINS[0]]["error"]
+    expected = joint if gain == GAINS[0] else -joint / (1.0 + joint)
+    assert error == pytest.approx(expected, rel=0.01)
+    told = " ".join(doubt_sentences(found))
+    assert all(name in told for name in GAINS)

@@ -15,8 +15,8 @@ GEARED = PAPER.with_values({"transmission.motor_pulley_radius": 0.02})
 
 
 def measured(model, **options):
-    options |= {"as_measured": True, "tolerance": 1e-11}
-    motion = simulate(model, TIME, MOTOR, LOAD, **options)
+    options = {"load_torque": LOAD, "as_measured": True, "tolerance": 1e-11} | options
+    motion = simulate(model, TIME, MOTOR, **options)
     return motion[motion.measured("joint_position")]
 
 
@@ -53,6 +53,45 @@ def test_encoder_offsets_are_the_same_once_the_start_is_free():
 def test_encoder_offsets_differ_where_an_effect_knows_the_angle(effect, numbers):
     at_motor, at_joint = with_offsets(GEARED.with_effect(effect, numbers))
     assert np.abs(at_motor - at_joint).max() > 1e-4
+
+
+SHARE = 0.05
+
+
+def test_a_gain_of_the_motors_encoder_is_a_smaller_pulley():
+    gain = measured(GEARED.with_effect("motor_encoder_gain", {"error": SHARE}))
+    smaller = GEARED.with_values({"transmission.motor_pulley_radius": 0.02 / (1.0 + SHARE)})
+    assert np.abs(gain - measured(GEARED)).max() > 1e-2
+    assert np.abs(gain - measured(smaller)).max() < AGREEMENT
+
+
+def gains(model):
+    """Measured with a gain of the joint's encoder, and with the motor's that looks like it."""
+    damped = {f"transmission.{side}_spring.damping": 30.0 for side in ("upper", "lower")}
+    model = model.with_values(damped)
+    both = ("stiffness", "damping")
+    paths = [f"transmission.{side}_spring.{of}" for side in ("upper", "lower") for of in both]
+    smaller = {
+        path: model.values()[path] / (1.0 + SHARE)
+        for path in (*paths, "link.inertia", "link.damping")
+    }
+    other = {"error": -SHARE / (1.0 + SHARE)}
+    joint = model.with_effect("joint_encoder_gain", {"error": SHARE})
+    return [measured(joint)] + [
+        measured(one.with_effect("motor_encoder_gain", other))
+        for one in (model.with_values(smaller), model)
+    ]
+
+
+def test_gains_of_both_encoders_are_the_same_where_stiffness_and_inertia_are_free():
+    joint, motor, known = gains(GEARED)
+    assert np.abs(joint - motor).max() < AGREEMENT
+    assert np.abs(joint - known).max() > 1e-3
+
+
+def test_gains_of_the_encoders_differ_where_an_effect_knows_the_angle():
+    joint, motor, _ = gains(GEARED.with_effect("gravity_load", {"torque": 2.0, "angle": 0.3}))
+    assert np.abs(joint - motor).max() > 1e-4
 
 
 def softer(model, compliance):

@@ -7,6 +7,7 @@ from contract_cases import CROOKED, LOAD, TIME
 from elastic_tendon.simulation.simulate import sensitivities, simulate
 
 OFFSET, DELAY = 0.03, 0.0071  # rad; s, no multiple of the sampling
+GAIN = 0.25
 START = 0.5  # s, until which motor and joint rest
 MOVING = np.maximum(TIME - START, 0.0)
 MOTOR = 0.4 * np.sin(7.0 * MOVING)
@@ -17,6 +18,15 @@ GEAR = CROOKED.transmission.motor_pulley_radius / CROOKED.transmission.joint_pul
 
 def run(model, motor=MOTOR, **options):
     return simulate(model, TIME, motor, PUSH, tolerance=1e-11, **options)
+
+
+def wrong_encoders():
+    """Both encoders with another scale and another zero."""
+    model = CROOKED
+    for side in ("joint", "motor"):
+        model = model.with_effect(f"{side}_encoder_gain", {"error": GAIN})
+        model = model.with_effect(f"{side}_encoder_offset", {"offset": OFFSET})
+    return model
 
 
 def with_delay(delay=DELAY):
@@ -30,6 +40,8 @@ def with_delay(delay=DELAY):
         ("motor_encoder_offset", {"offset": OFFSET}),
         ("measurement_delay", {"delay": DELAY}),
         ("deflection_gain", {"error": 0.1}),
+        ("joint_encoder_gain", {"error": GAIN}),
+        ("motor_encoder_gain", {"error": GAIN}),
     ],
 )
 def test_physical_outputs_stay_as_they_are(effect, numbers):
@@ -61,6 +73,36 @@ def test_in_comparison_the_motor_is_where_its_encoder_reads_less_the_offset():
     assert np.abs(measured["measured_motor_position"] - MOTOR).max() < 1e-15
     deflection = true["joint_position"] - GEAR * (MOTOR - OFFSET)
     assert np.abs(measured["deflection"] - deflection).max() < AGREEMENT
+
+
+def test_encoders_add_their_offset_to_what_the_gain_has_enlarged():
+    motion = run(wrong_encoders())
+    for side, position in (("joint", motion["joint_position"]), ("motor", MOTOR)):
+        read = (1.0 + GAIN) * position + OFFSET
+        assert np.abs(motion[f"measured_{side}_position"] - read).max() < 1e-15
+
+
+def test_in_comparison_the_motor_is_where_gain_and_offset_say():
+    measured = run(wrong_encoders(), as_measured=True)
+    true = run(CROOKED, (MOTOR - OFFSET) / (1.0 + GAIN))
+    assert np.abs(measured["measured_motor_position"] - MOTOR).max() < 1e-15
+    # what damps in the springs and what the motor bears see the true motor's rate
+    for name, unit in (("joint_position", 1.0), ("deflection", 1.0), ("motor_torque", 100.0)):
+        assert np.abs(measured[name] - true[name]).max() < unit * AGREEMENT, name
+
+
+@pytest.mark.parametrize("effect", ["joint_encoder_gain", "deflection_gain"])
+def test_in_comparison_a_joint_that_is_given_moves_as_fast_as_it_truly_does(effect):
+    model = CROOKED.at("joint")
+    true_joint = 0.3 * np.sin(5.0 * MOVING)
+    enlarged = true_joint if effect == "joint_encoder_gain" else true_joint - GEAR * MOTOR
+    given = {"joint_position": true_joint + GAIN * enlarged}
+    read = simulate(
+        model.with_effect(effect, {"error": GAIN}), TIME, MOTOR, as_measured=True, **given
+    )
+    true = simulate(model, TIME, MOTOR, joint_position=true_joint)
+    assert np.abs(read["deflection"] - true["deflection"]).max() < AGREEMENT
+    assert np.abs(read["joint_torque"] - true["joint_torque"]).max() < 100.0 * AGREEMENT
 
 
 def test_in_comparison_a_delay_is_exact():

@@ -17,7 +17,7 @@ from elastic_tendon.simulation.simulate import simulate
 from truth import signals, solver
 from truth.catalogue import CELLS, actuator_of, signal_maps_of
 from truth.every_effect import EFFECTS as EVERY_EFFECT
-from truth.recording import record
+from truth.recording import SignalMaps, record
 from truth.solver import Event, Trajectory
 
 STEP = 0.01  # s, between samples compared
@@ -112,11 +112,11 @@ def actual_of(
     """The product's outputs at the truth's samples."""
     times = sample_times(experiment.duration)
     fine = np.linspace(0.0, times[-1], DENSER * (times.size - 1) + 1)
-    offset = signal_maps_of(tree).motor_offset if as_measured else 0.0
+    maps = signal_maps_of(tree) if as_measured else SignalMaps()
     motion = simulate(
         parse_model(tree, "truth"),
         fine,
-        [experiment.motor_position.value(time) + offset for time in fine],
+        maps.read_of_motor(np.array([experiment.motor_position.value(time) for time in fine])),
         [experiment.load_torque.value(time) for time in fine],
         initial_state={
             "joint_position": experiment.initial_position,
@@ -391,6 +391,8 @@ def test_a_slack_damped_spring_in_series_starts_free():
 SIGNAL_EFFECTS = {
     "joint_encoder_offset": {"offset": 0.0},
     "motor_encoder_offset": {"offset": 0.0},
+    "joint_encoder_gain": {"error": 0.0},
+    "motor_encoder_gain": {"error": 0.0},
     "measurement_delay": {"delay": 0.0},
     "deflection_gain": {"error": 0.0},
 }
@@ -434,6 +436,19 @@ def test_encoders_with_offsets():
     }
     expected, actual, true = recorded(offsets)
     np.testing.assert_allclose(expected["joint_position"] - true, 0.013, rtol=0, atol=1e-12)
+    assert_recorded_alike(expected, actual)
+
+
+def test_encoders_with_gains_and_offsets():
+    """An offset is added to what a gain has enlarged."""
+    wrong = {
+        "joint_encoder_gain": {"error": 0.06},
+        "joint_encoder_offset": {"offset": 0.3},
+        "motor_encoder_gain": {"error": -0.2},
+        "motor_encoder_offset": {"offset": 0.4},
+    }
+    expected, actual, true = recorded(wrong)
+    np.testing.assert_allclose(expected["joint_position"], 1.06 * true + 0.3, rtol=0, atol=1e-12)
     assert_recorded_alike(expected, actual)
 
 

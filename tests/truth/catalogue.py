@@ -119,6 +119,8 @@ def signal_maps_of(tree: Numbers) -> SignalMaps:
     return SignalMaps(
         joint_offset=effects.get("joint_encoder_offset", {}).get("offset", 0.0),
         motor_offset=effects.get("motor_encoder_offset", {}).get("offset", 0.0),
+        joint_share=effects.get("joint_encoder_gain", {}).get("error", 0.0),
+        motor_share=effects.get("motor_encoder_gain", {}).get("error", 0.0),
         delay=effects.get("measurement_delay", {}).get("delay", 0.0),
         deflection_share=effects.get("deflection_gain", {}).get("error", 0.0),
         cells={

@@ -32,6 +32,8 @@ EFFECTS = {
     "pulley_eccentricity": {"amplitude": 0.05, "phase": 0.7},
     "joint_encoder_offset": {"offset": 0.013},
     "motor_encoder_offset": {"offset": 0.013},
+    "joint_encoder_gain": {"error": 0.04},
+    "motor_encoder_gain": {"error": -0.03},
     "deflection_gain": {"error": 0.15},
     "measurement_delay": {"delay": 0.0073},
     "joint_torque_gain": {"error": -0.2},

@@ -16,7 +16,7 @@ enum { /* in the order of fast.numbers_of */
     COULOMB, STATIC, STRIBECK, BRISTLE, BRISTLE_DAMPING, DRAG, CUBE, DIFFERENCE, CONSTANT,
     GRAVITY, GRAVITY_ANGLE,
     STOP_LOWER, STOP_UPPER, STOP_STIFFNESS, STOP_DAMPING,
-    WRAP, GAP, ECCENTRICITY, PHASE, MOTOR_OFFSET, POSITION, VELOCITY, NUMBERS
+    WRAP, GAP, ECCENTRICITY, PHASE, MOTOR_OFFSET, MOTOR_SHARE, POSITION, VELOCITY, NUMBERS
 };
 /* a spring with a mass in its middle is two pieces, else one: LAG and CREEP stand for the upper and
    then the lower side's, from the motor to the joint */
@@ -294,7 +294,9 @@ static void inputs_at(const Inputs *in, long step, double share, Now *n)
     double s = 2.0 * share, h = in->half_step;
     long i = 2 * step;
     if (s >= 1.0) i += 1, s -= 1.0;
+    double gain = 1.0 + n->p[MOTOR_SHARE];
     n->theta = between(in->theta + i, in->rate + i, h, s, &n->rate) - n->p[MOTOR_OFFSET];
+    n->theta /= gain, n->rate /= gain;
     n->load = between(in->load + i, in->load_rate + i, h, s, 0);
 }
 
@@ -410,8 +412,9 @@ int fast_simulate(const double *numbers, long samples, long steps, double step_s
                   const double *load_rate, double *position, double *torque)
 {
     double y[STATES], dy[STATES];
-    Now n = {numbers, theta[0] - numbers[MOTOR_OFFSET], rate[0], load[0], 0};
+    Now n = {.p = numbers};
     Inputs in = {theta, rate, load, load_rate, 0.5 * step_size};
+    inputs_at(&in, 0, 0.0, &n);
     /* bristles and masses on springs are quicker than the joint */
     int few = numbers[BRISTLE] > 0.0 || numbers[MASS1] > 0.0 ? 8 : 1;
     begin(&n, y);

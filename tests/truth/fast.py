@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 from platformdirs import user_cache_path
 from scipy.interpolate import CubicSpline
 
+from truth.catalogue import signal_maps_of
+
 Vector = NDArray[np.float64]
 Numbers = Mapping[str, Any]
 
@@ -132,6 +134,7 @@ def numbers_of(tree: Numbers, start: tuple[float, float]) -> Vector:
             effect("pulley_eccentricity", "amplitude"),
             effect("pulley_eccentricity", "phase"),
             effect("motor_encoder_offset", "offset"),
+            effect("motor_encoder_gain", "error"),
             *start,
         ],
         dtype=np.float64,
@@ -198,10 +201,14 @@ class Player:
         )  # fmt: skip
         if failed:
             raise TruthError("the joint ran away")
-        offset = effects.get("joint_encoder_offset", {}).get("offset", 0.0)
-        share = effects.get("deflection_gain", {}).get("error", 0.0)
+        maps = signal_maps_of(tree)
         radii = tree["transmission"]
         ratio = radii["motor_pulley_radius"] / radii["joint_pulley_radius"]
-        motor = self.inputs.motor_position
-        motor = motor - effects.get("motor_encoder_offset", {}).get("offset", 0.0)
-        return FastRun(position + offset + share * (position - ratio * motor), torque)
+        motor = (self.inputs.motor_position - maps.motor_offset) / (1.0 + maps.motor_share)
+        deflection = position - ratio * motor
+        return FastRun(
+            (1.0 + maps.joint_share) * position
+            + maps.joint_offset
+            + maps.deflection_share * deflection,
+            torque,
+        )

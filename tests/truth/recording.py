@@ -21,15 +21,22 @@ JOINT_SIDE = (
 
 @dataclass(frozen=True)
 class SignalMaps:
-    """Offsets that encoders add (rad), the `delay` (s) of the joint's side, and the share of its
-    deflection that is read too much where that is measured. `cells`: of a torque or a force by
-    name, the share that is read too much, and what is read where there is none."""
+    """Offsets that encoders add (rad), the share by which they read too much before, the `delay`
+    (s) of the joint's side, and the share of its deflection that is read too much where that is
+    measured. `cells`: of a torque or a force by name, the share that is read too much, and what is
+    read where there is none."""
 
     joint_offset: float = 0.0
     motor_offset: float = 0.0
     delay: float = 0.0
+    joint_share: float = 0.0
+    motor_share: float = 0.0
     deflection_share: float = 0.0
     cells: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    def read_of_motor(self, position: Vector) -> Vector:
+        """What the motor's encoder shows of true positions (n,), rad."""
+        return (1.0 + self.motor_share) * position + self.motor_offset
 
 
 def waiting(experiment: Experiment, delay: float) -> Experiment:
@@ -63,9 +70,11 @@ def record(
     ratio = actuator.motor_pulley_radius / actuator.joint_pulley_radius
     deflection = columns["joint_position"] - ratio * columns["motor_position"]
     columns["joint_position"] = (
-        columns["joint_position"] + maps.joint_offset + maps.deflection_share * deflection
+        (1.0 + maps.joint_share) * columns["joint_position"]
+        + maps.joint_offset
+        + maps.deflection_share * deflection
     )
-    columns["motor_position"] = columns["motor_position"] + maps.motor_offset
+    columns["motor_position"] = maps.read_of_motor(columns["motor_position"])
     for name, (share, zero) in maps.cells.items():
         columns[name] = columns[name] * (1.0 + share) + zero
     return replace(run, time=time, columns=columns)

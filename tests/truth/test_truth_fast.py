@@ -10,7 +10,7 @@ from truth.catalogue import CELLS, actuator_of, signal_maps_of
 from truth.every_effect import EFFECTS
 from truth.experiments import Limits, multisine
 from truth.fast import Inputs, Player, TruthError
-from truth.recording import record
+from truth.recording import SignalMaps, record
 from truth.solver import simulate
 
 # far below the smallest noise in a study, 2e-5 rad, and below what a kink costs on a fixed step
@@ -31,6 +31,7 @@ TREE = {
 }
 TIME = np.arange(0.0, 1.0, 0.002)
 EXPERIMENT = multisine(3, Limits(0.4, 5.0, 4.0), 1.0)
+TRUE = SignalMaps()  # sensors that show what there is
 # it plays no load cells: what they make of a torque or a force moves nothing
 PLAYED = [name for name in EFFECTS if name.rpartition("_")[0] not in CELLS]
 
@@ -42,11 +43,11 @@ def tree_with(effects: dict, damping: float) -> dict:
     return tree
 
 
-def inputs(offset: float = 0.0) -> Inputs:
+def inputs(maps: SignalMaps = TRUE) -> Inputs:
     """What the sensors show of the experiment."""
     motor = np.array([EXPERIMENT.motor_position.value(time) for time in TIME])
     load = np.array([EXPERIMENT.load_torque.value(time) for time in TIME])
-    return Inputs(TIME, motor + offset, load)
+    return Inputs(TIME, maps.read_of_motor(motor), load)
 
 
 # what acts on each half beside a mass, and what memory does in series with a tendon and in a play
@@ -66,13 +67,13 @@ def test_every_effect_agrees_with_the_located_events(effect):
     tree = tree_with({effect: EFFECTS[effect]}, 0.0)
     maps = signal_maps_of(tree)
     exact = record(actuator_of(tree), EXPERIMENT, TIME, maps)
-    fast = Player(inputs(maps.motor_offset)).run(tree, (0.0, 0.0))
+    fast = Player(inputs(maps)).run(tree, (0.0, 0.0))
     np.testing.assert_allclose(fast.joint_position, exact["joint_position"], rtol=0, atol=AGREEMENT)
     np.testing.assert_allclose(
         fast.joint_torque, exact["joint_torque"], rtol=0, atol=TORQUE_AGREEMENT
     )
     # an effect that does nothing would agree as well
-    bare = Player(inputs(maps.motor_offset)).run(tree_with({}, 0.0), (0.0, 0.0))
+    bare = Player(inputs(maps)).run(tree_with({}, 0.0), (0.0, 0.0))
     assert np.max(np.abs(bare.joint_position - fast.joint_position)) > 1e-3
 
 

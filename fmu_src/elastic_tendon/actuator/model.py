@@ -139,7 +139,8 @@ def _ends(s: Symbols, kind: InterfaceKind) -> _Ends:
         motor = _true_angle(s, motor[0], true, errors), motor[1]
     if not kind.has_link:
         true = ca.SX.sym("true")
-        joint = _true_angle(s, joint[0], true, _joint_errors(s, true, motor[0])), joint[1]
+        angle = _true_angle(s, joint[0], true, _joint_errors(s, true, motor[0]))
+        joint = angle, _rate(s, angle)
     return _Ends(*motor, Joint(*joint))
 
 
@@ -149,6 +150,16 @@ def _true_angle(s: Symbols, given: Symbol, true: ca.SX, errors: Sequence[Contrib
         return given
     reading = true + sum(error.value for error in errors)
     return where(s.as_measured, s.root(reading - given, true, given), given)
+
+
+def _rate(s: Symbols, angle: Symbol) -> Symbol:
+    """Time derivative, rad/s, of a true angle: not what is given where a reading is enlarged."""
+    known = s.input | s.state
+    velocities = [name for name in known if name in POSITION_OF]
+    along = ca.vertcat(*(known[POSITION_OF[name]] for name in velocities))
+    unknowns_by_along = derivative_of_unknowns(s.implicit_columns()["residuals"], s.unknowns, along)
+    by_along = total_jacobian(angle, along, s.unknowns, unknowns_by_along)
+    return by_along @ ca.vertcat(*(known[name] for name in velocities))
 
 
 def _joint_errors(s: Symbols, joint: Symbol, motor: Symbol) -> list[Contribution]:

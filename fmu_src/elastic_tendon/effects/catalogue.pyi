@@ -19,8 +19,10 @@ tendon_compliance: Effect
 pulley_eccentricity: Effect
 gear_backlash: Effect
 joint_encoder_offset: Effect
+joint_encoder_gain: Effect
 deflection_gain: Effect
 motor_encoder_offset: Effect
+motor_encoder_gain: Effect
 constant_torque: Effect
 measurement_delay: Effect
 directional_damping: Effect

@@ -23,9 +23,10 @@ EFFECT = Effect(
     "boundaries with it.",
     law="measured joint position = q + offset",
     confused_with="Motor encoder offset: only what depends on the angle itself, as gravity, a stop "
-    "or an eccentric pulley, distinguishes the two. Gravity load, constant torque: an error at "
-    "rest too, but larger where a tendon is slack. Pulley eccentricity: alike over a small part of "
-    "a turn of the motor, but not constant over the whole.",
+    "or an eccentric pulley, distinguishes the two. Joint encoder gain: no error where the joint "
+    "is at zero. Gravity load, constant torque: an error at rest too, but larger where a tendon is "
+    "slack. Pulley eccentricity: alike over a small part of a turn of the motor, but not constant "
+    "over the whole.",
     confirm="Without load let the joint come to rest from both sides, several times: the mean of "
     "joint position less r / R times motor position is the offset of the two encoders together. A "
     "pin or a spirit level that fixes the link at a known angle tells which of the two is wrong.",

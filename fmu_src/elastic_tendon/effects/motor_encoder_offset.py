@@ -24,10 +24,10 @@ EFFECT = Effect(
     "over the measured deflection with it.",
     law="true motor position = measured one - offset",
     confused_with="Joint encoder offset: only what depends on the angle itself, as gravity, a stop "
-    "or an eccentric pulley, distinguishes the two. Gear backlash under a load that never changes "
-    "sign: it shifts the joint by half the gap. Gravity load: its error is larger where a tendon "
-    "is slack. Pulley eccentricity: alike over a small part of a turn of the motor, but not "
-    "constant over the whole.",
+    "or an eccentric pulley, distinguishes the two. Motor encoder gain: no error where the motor "
+    "is at zero. Gear backlash under a load that never changes sign: it shifts the joint by half "
+    "the gap. Gravity load: its error is larger where a tendon is slack. Pulley eccentricity: "
+    "alike over a small part of a turn of the motor, but not constant over the whole.",
     confirm="Fix the link at its true zero with a pin and turn the motor until both springs are as "
     "long as at rest (equal springs: until both tendons sound alike when plucked). What the motor "
     "encoder reads there is the offset.",

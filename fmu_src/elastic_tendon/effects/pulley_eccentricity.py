@@ -27,8 +27,8 @@ EFFECT = Effect(
     law="pulley angle = θ + amplitude (sin(θ + phase) - sin(phase))",
     confused_with="Gravity load: a sine of the joint's angle, not of the motor's; its sag grows "
     "where a tendon is slack, this error does not. Joint encoder offset and motor encoder offset: "
-    "alike over a small part of a turn. A wrong radius of a pulley: alike over less than half a "
-    "turn.",
+    "alike over a small part of a turn. A wrong radius of a pulley and motor encoder gain: alike "
+    "over less than half a turn.",
     confirm="Turn the motor slowly through a whole turn, or as far as the tendons allow, forth and "
     "back and without load. Plot joint position less r / R times motor position against motor "
     "position: one sine a turn, the same forth and back. Mounted a quarter of a turn further, the "

@@ -210,13 +210,14 @@ def alias_sentences(
         f"{effect.title} cannot be distinguished from {' and '.join(alias.of)} as long as "
         f"{alias.when}."
         for alias in effects.BY_ID.aliases_of(effect)
-        if not set(alias.of) <= set(refitted)
-        and (kind.has_springs or all(kind.has_slot(like.slot) for like in _among(alias.of)))
+        if not set(alias.of) <= set(refitted) and all(_has(kind, like) for like in alias.of)
     ]
 
 
-def _among(names: Sequence[str]) -> list[Effect]:
-    return [effects.BY_ID[name] for name in names if name in effects.BY_ID]
+def _has(kind: InterfaceKind, like: str) -> bool:
+    """Whether an interface has what an alias names: an effect, or a number of model.toml."""
+    effect = effects.BY_ID.find(like)
+    return kind.has_quantity(like) if effect is None else kind.has_slot(effect.slot)
 
 
 def distrust_sentences(before: Step, after: Step) -> list[str]:
