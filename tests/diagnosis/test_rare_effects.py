@@ -5,7 +5,6 @@ import pytest
 
 import elastic_tendon as et
 from elastic_tendon.effects import BY_ID
-from elastic_tendon.reports.diagnosis_tables import doubt_sentences
 from truth.fast import Inputs, Player
 
 GIVEN = et.load_model("biorob_x4_joint_3")
@@ -47,17 +46,9 @@ def test_it_is_found_among_its_rivals_where_it_is_asked_for(effect_id):
 GAINS = ("joint_encoder_gain", "motor_encoder_gain")
 
 
-def test_gains_of_two_encoders_are_told_together_and_beside_the_offset():
+def test_gains_of_two_encoders_are_told_together():
     """As long as stiffness and inertia are free, nothing tells one from the other."""
-    hidden = {GAINS[0]: HIDDEN[GAINS[0]], "joint_encoder_offset": {"offset": 0.02}}
-    zeros = ("joint_encoder_offset",)
-    found = et.diagnose(
-        GIVEN, recorded(hidden), options=et.Options(only=("coulomb_friction", *zeros, *GAINS))
-    )
-    assert set(found.added) - set(GAINS) == set(zeros)
-    (gain,) = set(found.added) & set(GAINS)
-    error, joint = found.model.effects[gain]["error"], HIDDEN[GAINS[0]]["error"]
-    expected = joint if gain == GAINS[0] else -joint / (1.0 + joint)
-    assert error == pytest.approx(expected, rel=0.01)
-    told = " ".join(doubt_sentences(found))
-    assert all(name in told for name in GAINS)
+    recording = recorded({GAINS[1]: HIDDEN[GAINS[1]]})
+    found = et.diagnose(GIVEN, recording, options=et.Options(only=(*RIVALS, *GAINS)))
+    assert len(found.added) == 1
+    assert found.indistinguishable == (GAINS,)
