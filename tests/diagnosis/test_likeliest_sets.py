@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from begun_search import COULOMB, DRAG, GRAVITY, begun
+from elastic_tendon.diagnosis.around import STIFFER
 from elastic_tendon.diagnosis.likeliest_sets import FOLLOWED
 from elastic_tendon.effects import BY_ID
 from smooth_motion import typical_model
@@ -64,3 +65,14 @@ def test_a_simpler_law_begins_at_the_strength_of_the_richer(search) -> None:
     known = {"coulomb_torque": 0.3, "static_torque": 0.5, "stribeck_velocity": 0.1}
     (start,) = search._starts_like(simpler, richer, known)
     assert start["torque"] == pytest.approx(0.3)
+
+
+def test_near_a_simpler_law_bristles_begin_stiff_too(search) -> None:
+    """Without end, they would be the simpler law."""
+    law, simpler = BY_ID["lugre_friction"], BY_ID[COULOMB[0]]
+
+    def stiffest(*, near: bool) -> float:
+        begun_at = search._starts_like(law, simpler, {"torque": 0.3}, near=near)
+        return max(start["bristle_stiffness"] for start in begun_at)
+
+    assert stiffest(near=True) == pytest.approx(STIFFER * stiffest(near=False))

@@ -224,17 +224,19 @@ class Around(Refits):
             map(effects.BY_ID.__getitem__, set(has) - set(lacks))
             for has, lacks in ((added, simple.added), (simple.added, added))
         )
-        values = self._starts_like(law, own, simple)
+        near = simple.mean_square < MUCH
+        values = self._starts_like(law, own, simple.values(own.id), near=near)
         models = self._models_beside(simple, added, law.id, values)
         effort = self._effort(models)
         return refit(self.data.given, added, self.data.fitted, models, effort, check)
 
-    def _starts_like(self, law: Effect, own: Effect, simple: Answer) -> list[dict[str, float]]:
-        """Parameters of a law from which a refit begins beside an answer with another law of the
-        same thing: about as strong, or just as strong at every speed, which is the simpler law; and
-        where hardly more than noise is left, with far more of what is in that without end, as the
-        stiffness of bristles, which would else follow what is missing."""
-        known = simple.values(own.id)
+    def _starts_like(
+        self, law: Effect, own: Effect, known: Mapping[str, float], *, near: bool = False
+    ) -> list[dict[str, float]]:
+        """Parameters of a law from which a refit begins, where another law of the same thing has
+        known ones: about as strong, or just as strong at every speed, which is the simpler law; and
+        `near` it, where hardly more than noise is left, with far more of what is in that without
+        end, as the stiffness of bristles, which would else follow what is missing."""
         alike = {part.name: known[part.name] for part in law.parameters if part.name in known}
         shares: tuple[float, ...] = UNSEEN_SHARES
         level: dict[str, float] = {}
@@ -242,9 +244,8 @@ class Around(Refits):
         endless = [
             part.name
             for part in law.parameters
-            if law.singular_null
-            and not (part.shape or part.unit == unit or is_damping(part))
-            and simple.mean_square < MUCH
+            if near and law.singular_null
+            if not (part.shape or part.unit == unit or is_damping(part))
         ]
         if law.strength.unit == unit:
             strength = known[own.strength.name]
