@@ -156,7 +156,7 @@ def _cautions(limits: Limits, courses: tuple[Array, Array]) -> list[str]:
     }
     beyond = [
         name
-        for (name, reach), values in zip(reaches.items(), courses, strict=False)
+        for (name, reach), values in zip(reaches.items(), courses, strict=True)
         if reach is not None
         and (values.min() < min(reach.recorded) or values.max() > max(reach.recorded))
     ]
