@@ -249,6 +249,12 @@ def test_it_stays_near_what_was_recorded(kind: str) -> None:
         assert low < away.min() < away.max() < high
 
 
+def test_under_one_torque_answers_drift_apart() -> None:
+    """So a motion is proposed for a controller to follow, and no torque to be played."""
+    right, wrong = proposed("load")[1].predictions.values()
+    assert abs(right[-1] - wrong[-1]) > 0.5
+
+
 def test_the_text_says_that_a_controller_follows_and_what_torque_is_expected() -> None:
     text = proposed("torque")[1].text
     assert "Motor: " in text

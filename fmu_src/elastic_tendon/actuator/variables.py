@@ -223,17 +223,25 @@ MOTOR_MOTION = Mode("motor_motion", "sign of the motion; 0 while the motor stick
 
 @dataclass(frozen=True)
 class Body:
-    """What a torque moves: names of its states and of the mode in which it sticks, path of its
-    inertia."""
+    """What a torque moves: names of that, of its states and of the mode in which it sticks, paths
+    of its inertia and its damping."""
 
     position: str
     velocity: str
     motion: str
     inertia: str
+    damping: str
+    torque: str
 
 
-LINK = Body("joint_position", "joint_velocity", JOINT_MOTION.name, "link.inertia")
-ROTOR = Body("motor_position", "motor_velocity", MOTOR_MOTION.name, "motor.inertia")
+LINK = Body(
+    *("joint_position", "joint_velocity", JOINT_MOTION.name),
+    *("link.inertia", "link.damping", LOAD_TORQUE.name),
+)
+ROTOR = Body(
+    *("motor_position", "motor_velocity", MOTOR_MOTION.name),
+    *("motor.inertia", "motor.damping", DRIVING_TORQUE.name),
+)
 
 
 def catalogue_order(effect_ids: Sequence[str]) -> tuple[Effect, ...]:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -125,7 +126,7 @@ def _parabola(time: Array, values: Array) -> Array:
 
 def _beginning(model: Model, measurement: Measurement) -> tuple[Measurement, int]:
     """The samples up to the end of the window, and how many of them a delay makes useless."""
-    delay = _signal_delay(model)
+    delay = contributed(model, Slot.SIGNAL_DELAY)
     elapsed = measurement.time - measurement.time[0]
     late = int(np.searchsorted(elapsed, delay))
     late = max(min(late, len(elapsed) - MINIMUM_SAMPLES), 0)  # a delay that a fit tries may be any
@@ -133,17 +134,17 @@ def _beginning(model: Model, measurement: Measurement) -> tuple[Measurement, int
     return measurement.samples(slice(0, max(count, late + MINIMUM_SAMPLES))), late
 
 
-def _signal_delay(model: Model) -> float:
-    """By how much the signals of the joint are late, s."""
-    none = SimpleNamespace()
-    delay = 0.0
+def contributed(model: Model, slot: Slot, at: Any = None) -> float:
+    """Sum of what the effects of a slot contribute, one whose effects have neither states nor
+    modes; `at` : where, in numbers, as the slot says."""
+    none, total = SimpleNamespace(), 0.0
     for effect in interface(*model.structure).effects:
-        if effect.slot is Slot.SIGNAL_DELAY:
+        if effect.slot is slot:
             numbers = SimpleNamespace(**model.effects[effect.id])
-            contribution = effect.equations(None, numbers, none, none)
+            contribution = effect.equations(at, numbers, none, none)
             assert isinstance(contribution, Contribution)  # as its slot says
-            delay += float(contribution.value)
-    return delay
+            total += float(contribution.value)
+    return total
 
 
 def residuals_from_beginning(

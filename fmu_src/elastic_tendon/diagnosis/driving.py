@@ -6,19 +6,17 @@ towards the velocity wanted, so the model itself tells the torque, from a simula
 more damping.
 """
 
-from dataclasses import dataclass
 from math import pi
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
-from elastic_tendon.actuator.variables import LINK, ROTOR, Body, interface
-from elastic_tendon.comparison.initial_state import estimate_initial_state
+from elastic_tendon.actuator.variables import LINK, ROTOR, Body
+from elastic_tendon.comparison.initial_state import contributed, estimate_initial_state
 from elastic_tendon.comparison.residuals import Array, InitialState, simulate_measurement
-from elastic_tendon.effects.base import Contribution, Motor, Slot
+from elastic_tendon.effects.base import Motor, Slot
 from elastic_tendon.measurement import Measurement
 
 FASTER = 5.0  # times the frequency up to which the joint follows: the controller's bandwidth
@@ -26,24 +24,11 @@ PER_SAMPLE = 0.3  # rad of the controller's bandwidth at most, so that samples s
 ROUNDS = 4  # in which the motion wanted is corrected by what the controller missed
 
 
-@dataclass(frozen=True)
-class Drive:
-    """What a torque moves: the body, and the names of the torque and of its section's damping."""
-
-    body: Body
-    torque: str
-    damping: str
-
-
-_OF_ROTOR = Drive(ROTOR, "motor_torque", "motor.damping")
-_OF_LINK = Drive(LINK, "load_torque", "link.damping")
-
-
-def drive_of(kind: InterfaceKind) -> Drive | None:
+def drive_of(kind: InterfaceKind) -> Body | None:
     """What a torque moves at an interface; None where the motor's position is given."""
     if not kind.has_springs:
-        return _OF_LINK
-    return _OF_ROTOR if kind.has_rotor else None
+        return LINK
+    return ROTOR if kind.has_rotor else None
 
 
 def at_rest(model: Model, start: float) -> InitialState:
@@ -115,8 +100,8 @@ def following(
         rate = np.gradient(wanted, time)
         given: dict[str, Any] = {drive.torque: gain * rate}
         moved = simulate_measurement(damped, experiment, initial, **given)
-        wanted = wanted + motion - moved[drive.body.position]
-    return np.asarray(gain * (rate - moved[drive.body.velocity]))
+        wanted = wanted + motion - moved[drive.position]
+    return np.asarray(gain * (rate - moved[drive.velocity]))
 
 
 def _inertia(model: Model) -> float:
@@ -130,16 +115,8 @@ def _inertia(model: Model) -> float:
 
 def _share_felt(model: Model) -> float:
     """Of a torque that is given, what the rotor feels: effects may make it more or less."""
-
-    def added(torque: float) -> float:
-        at = Motor(0.0, 0.0, torque, load=0.0)
-        total = 0.0
-        for effect in interface(*model.structure).effects:
-            if effect.slot is Slot.MOTOR_TORQUE:
-                numbers, none = SimpleNamespace(**model.effects[effect.id]), SimpleNamespace()
-                contribution = effect.equations(at, numbers, none, none)
-                assert isinstance(contribution, Contribution)  # as its slot says
-                total += float(contribution.value)
-        return total
-
-    return 1.0 + added(1.0) - added(0.0)
+    none, one = (
+        contributed(model, Slot.MOTOR_TORQUE, Motor(0.0, 0.0, torque, load=0.0))
+        for torque in (0.0, 1.0)
+    )
+    return 1.0 + one - none

@@ -216,8 +216,9 @@ def _reach(recordings: Sequence[Measurement], courses: Sequence[Array], start: f
 def _joint_side(model: Model, recordings: Sequence[Measurement], springs: Springs) -> Reach | None:
     if not model.kind.has_springs:
         return None
-    of_kind = _load if model.kind.has_link else _turned
-    return of_kind(model, recordings, springs)
+    if model.kind.has_link:
+        return _load(recordings, springs)
+    return _turned(model, recordings, springs)
 
 
 def _turned(model: Model, recordings: Sequence[Measurement], springs: Springs) -> Reach:
@@ -239,7 +240,7 @@ def _turned(model: Model, recordings: Sequence[Measurement], springs: Springs) -
     )
 
 
-def _load(_model: Model, recordings: Sequence[Measurement], springs: Springs) -> Reach | None:
+def _load(recordings: Sequence[Measurement], springs: Springs) -> Reach | None:
     """Reach of the load: from none on, within the torque at the largest deflection."""
     loaded = [
         (recording, recording.load_torque)
