@@ -135,6 +135,21 @@ def test_only_named_numbers_move(frictionless) -> None:
     assert changed == {"link.inertia"}
 
 
+def test_a_parameter_at_its_bound_does_not_widen_the_other_intervals(frictionless, result) -> None:
+    known, recording = frictionless
+    inertia = 0.98 * result.model.link.inertia  # it would go on
+    limits = {"link.inertia": (0.5 * inertia, inertia)}
+    bounded = fit(known.model, [recording], limits=limits)
+    assert bounded.model.link.inertia == pytest.approx(inertia)
+    estimates = {part.path: part.sigma for part in bounded.findings.estimates}
+    others = [path for path in estimates if path != "link.inertia"]
+    held = fit(known.model.with_values({"link.inertia": inertia}), [recording], free=others)
+    off_bounds = [part for part in held.findings.estimates if part.fitted > 0.0]  # of dampings
+    assert len(off_bounds) == 4
+    for part in off_bounds:
+        assert estimates[part.path] == pytest.approx(part.sigma, rel=0.01)
+
+
 def test_recordings_have_initial_states_of_their_own(sticking) -> None:
     known, first, second = sticking
     model = known.model.with_effect("coulomb_friction", {"torque": 0.3})

@@ -110,7 +110,7 @@ def _linear(answer: Answer, without: Sequence[int]) -> tuple[Array, Array]:
     result = answer.result
     problem = result.problem
     jacobian = result.derivatives
-    free = result.off_bounds
+    free = problem.off_bounds(result.vector)
     free[list(without)] = False
     kept = jacobian[:, free]
     kept = kept[:, np.linalg.norm(kept, axis=0) > 0.0]

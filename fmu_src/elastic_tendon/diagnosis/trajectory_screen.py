@@ -50,7 +50,7 @@ class TrajectoryScreen:
         self._before = float(own @ own)
         scale = np.linalg.norm(jacobian, axis=0)
         # what is at a bound does not follow: it might have to go beyond it
-        free = result.off_bounds & (scale > 0.0)
+        free = result.problem.off_bounds(result.vector) & (scale > 0.0)
         self._directions = np.linalg.qr(jacobian[:, free] / scale[free])[0]
 
     def best(

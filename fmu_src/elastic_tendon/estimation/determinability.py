@@ -183,6 +183,10 @@ def _covariance(
     """
     count = data.shape[1]
     whole = _inverse(data)
+    # what is at a bound does not follow the others: it might have to go beyond it
+    free = problem.off_bounds(vector)
+    kept = free[:count]
+    whole[np.ix_(kept, kept)] = _inverse(data[:, kept])
     errors = problem.errors(vector)
     memory = max(
         min(autocorrelation_time(error), settling_samples(problem.model(vector), measurement))
@@ -197,7 +201,10 @@ def _covariance(
     columns[: len(jacobian), :count] *= problem.coordinates.sigma
     values = problem.coordinates.values(problem.numbers(vector))
     shift = (values - problem.coordinates.centre) / problem.coordinates.sigma
-    moves = left_out(columns, np.concatenate([stack(errors, sigmas), shift]), numbers)[:, :count]
+    whitened = np.concatenate([stack(errors, sigmas), shift])
+    moves = left_out(columns, whitened, numbers)
+    moves[:, free] = left_out(columns[:, free], whitened, numbers)
+    moves = moves[:, :count]
     blocks = len(moves)
     scattered = moves.T @ moves * ((blocks - 1) / blocks) + whole @ whole
     return scattered, float(student.ppf(0.975, blocks - 1))

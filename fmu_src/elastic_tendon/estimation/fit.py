@@ -16,7 +16,6 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.comparison.residuals import Array, InitialState, noise_floors, stack
@@ -44,7 +43,6 @@ START_MARGIN = 1e-6
 # a parameter this close to its bound or its given value, in prior sigmas, is at it ...
 BOUND_TOLERANCE = 1e-5
 GIVEN_TOLERANCE = 1e-3
-ON_BOUND = 1e-9  # of an optimum, in prior sigmas
 # ... if putting it there raises the cost by no more than this, and this share of it
 SETTLING_COST = 1e-6
 # a start that scouting leaves with so many times the least cost is not followed to the end
@@ -135,12 +133,6 @@ class FitResult(Result):
         from elastic_tendon.reports.estimates_figure import estimates_figure
 
         return estimates_figure(self)
-
-    @property
-    def off_bounds(self) -> NDArray[np.bool_]:
-        """Which entries of the vector are on none of their bounds, (m + s f,)."""
-        lower, upper = self.problem.bounds()
-        return (self.vector > lower + ON_BOUND) & (self.vector < upper - ON_BOUND)
 
     @cached_property
     def findings(self) -> Findings:

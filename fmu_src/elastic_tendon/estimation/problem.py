@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elastic_tendon.actuator.interfaces import InterfaceKind
 from elastic_tendon.actuator.parameters import Model
@@ -44,6 +45,7 @@ Sigmas = tuple[Mapping[str, float], ...]
 # and quick dynamics, of bristles or of masses on springs, take half the time
 TOLERANCE = 1e-6
 FINER = 0.01  # times that, where it errs by more
+ON_BOUND = 1e-9  # of an optimum, in prior sigmas
 STEEPEST = 1e100  # derivative of an error beyond which there is nothing to descend along
 
 
@@ -116,6 +118,11 @@ class Problem:
         lower, upper = self.coordinates.bounds()
         free = np.full(self.states * len(self.measurements), np.inf)
         return np.concatenate([lower, -free]), np.concatenate([upper, free])
+
+    def off_bounds(self, vector: Array) -> NDArray[np.bool_]:
+        """Which entries of a vector are on none of their bounds, (m + s f,)."""
+        lower, upper = self.bounds()
+        return (vector > lower + ON_BOUND) & (vector < upper - ON_BOUND)
 
     def numbers(self, vector: Array) -> Array:
         """Part of the vector that holds the variables of the free parameters, (m,)."""
