@@ -30,6 +30,7 @@ NOISE = 1e-3  # rad
 RECORDED = (1.3, 2.7), (4.2, 5.6)  # s: what is left of a motion at two constant speeds
 DECISIVE = 20.0  # difference of BIC, of an effect and one in its place
 BELIEVED = load_model("biorob_x4_joint_3")
+ZERO = "joint_encoder_offset"
 
 
 # ---- recordings and fits -------------------------------------------------------------------
@@ -130,6 +131,24 @@ def test_data_do_not_decide_and_the_proposed_experiment_does(case: str) -> None:
     assert abs(lead_of_first(rivals)) < DECISIVE
     assert experiment.power > 0.95
     new = run(machine, experiment, seed=108)
+    assert lead_of_first(rivals_for(given, [*data, new])) > DECISIVE
+
+
+def test_parameters_that_no_recording_shows_are_no_difference() -> None:
+    """A constant torque, or the zero of an encoder: the same until both springs have been slack. A
+    pretension that nothing shows makes up for what one of them tells; so does the scale of all
+    torques, where no load is known."""
+    machine = BELIEVED.with_effect("constant_torque", {"torque": 0.2})
+    step = piecewise_linear([0.0, 0.5, 0.6, 6.0], [0.0, 0.0, 0.1, 0.1])
+    data = [record_truth(machine, Motion(6.0, step), 9, load=False)]
+    models = [BELIEVED.with_effect(name, None) for name in ("constant_torque", ZERO)]
+    given = {model.effect_ids[0]: (model, free_parameters(model)) for model in models}
+    rivals = rivals_for(given, data)
+    experiment = next_experiment(rivals, data)
+    assert abs(lead_of_first(rivals)) < DECISIVE
+    assert isinstance(experiment, Experiment)
+    assert experiment.power > 0.95
+    new = run(machine, experiment, seed=109)
     assert lead_of_first(rivals_for(given, [*data, new])) > DECISIVE
 
 
@@ -240,7 +259,7 @@ def test_one_experiment_is_for_all_answers_and_says_which_it_leaves_open() -> No
 def test_where_nothing_near_decides_it_goes_farther() -> None:
     """Eccentricity and gravity are alike where the motor hardly moves and nothing loads it."""
     machine = BELIEVED.with_effect("pulley_eccentricity", {"amplitude": 0.02, "phase": 0.7})
-    slow = multisine(11, Limits(0.3, 0.3, 0.0), 6.0)
+    slow = multisine(11, Limits(0.2, 0.2, 0.0), 6.0)
     data = [record_truth(machine, slow, 11, load=False)]
     models = [
         BELIEVED.with_effect("pulley_eccentricity", {"amplitude": 0.02, "phase": 0.7}),
@@ -345,6 +364,8 @@ def test_a_static_curve_has_limits_too() -> None:
     limits = limits_of([BELIEVED], [curve])
     assert limits.motor_was_held
     assert limits.motion.low < 0.0 < limits.motion.high
+    moved = BELIEVED.transmission.motor_share * (limits.motion.high - limits.motion.low)
+    assert moved == pytest.approx(np.ptp(limits.springs.deflection))
     assert limits.joint_side is not None
     assert limits.joint_side.high == pytest.approx(3.0 * BEYOND_RECORDED)
     assert limits.joint_side.rate > 1.0

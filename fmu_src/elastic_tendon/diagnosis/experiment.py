@@ -42,9 +42,9 @@ from elastic_tendon.measurement import Measurement
 from elastic_tendon.progress import Progress, silent
 
 SEED = 20130506
-SEARCH = 60  # simulations of each rival with derivatives
-DRAWN = 36  # of them that are spent on motions drawn at random
-KEPT = 4  # so many motions are improved
+DRAWN = 36  # motions drawn at random
+KEPT, IMPROVED = 4, 6  # so many of them are improved, so often
+SEARCH = DRAWN + KEPT * IMPROVED  # motions that are judged
 DISTANCE = 0.2  # over which the parameters of a motion are first changed
 SEARCH_SAMPLES = 2500  # enough to judge a motion by
 ROUNDS_TO_FIT = 4  # in which a motion is made smaller until the springs bear it
@@ -56,6 +56,7 @@ WORTH_IT = 0.8
 SURE = 0.95
 REPEATS = (1, 2, 3, 5, 8)
 ENOUGH = 37.0  # noncentrality that decides with about that power
+PLENTY = 0.95  # of all pairs decided, where none is in doubt any more
 WORDS = "searching the experiment that decides"
 
 Pair = tuple[int, int]  # places of two rivals
@@ -93,6 +94,11 @@ class _Judged:
     def worth(self) -> float:
         """About how many pairs it decides."""
         return sum(left / (left + ENOUGH) for left in self.left.values())
+
+    @property
+    def decides(self) -> bool:
+        """Whether nothing better need be looked for."""
+        return self.worth > PLENTY * len(self.left)
 
     @property
     def separable(self) -> list[Pair]:
@@ -172,8 +178,10 @@ def _prepare(rivals: Sequence[Rival], limits: Limits) -> _Search:
     time = np.linspace(0.0, limits.duration, min(samples, SEARCH_SAMPLES))
     thinner = sqrt(len(time) / samples)
     sigmas = {name: thinner * sigma for name, sigma in noise(rivals).items()}
-    all_known = tuple(known(rival, limits.motion.start) for rival in rivals)
-    return _Search(limits, all_known, sigmas, time, thinner)
+    start = limits.motion.start
+    first = known(rivals[0], start)
+    others = (known(rival, start, like=first) for rival in rivals[1:])
+    return _Search(limits, (first, *others), sigmas, time, thinner)
 
 
 def _recording(
@@ -207,38 +215,44 @@ def _recording(
 
 def _best(search: _Search, progress: ShareProgress) -> "_Checked | None":
     """The proposal that decides most, as often as it takes; None if it is not worth it."""
-    judged = _judge_many(search, lambda share: progress(0.8 * share))
-    best = max(judged, key=attrgetter("worth"), default=None)
-    if best is None or not best.separable:
-        return None
-    progress(0.8)
-    checked = _as_often_as_it_takes(search, best)
+    found: list[_Checked] = []
+    for judged in _judge_many(search, lambda share: progress(0.8 * share)):
+        if judged.separable:
+            found.append(_as_often_as_it_takes(search, judged))
+            if len(found[-1].told) == len(judged.separable):
+                break
     progress(1.0)
-    return checked if checked.told else None
+    best = max(found, key=lambda checked: len(checked.told), default=None)
+    return best if best is not None and best.told else None
 
 
 def _judge_many(search: _Search, progress: ShareProgress) -> list[_Judged]:
-    """Motions drawn at random, then neighbours of the best."""
+    """The best of motions drawn at random, and of neighbours of these."""
     rng = np.random.default_rng(SEED)
-    judged: list[_Judged] = []
+    best: list[_Judged] = []
     for index in range(DRAWN):
         progress(index / SEARCH)
-        judged += _judge(search, random_proposal(rng, search.limits))
-    best = sorted(judged, key=attrgetter("worth"), reverse=True)[:KEPT]
+        least = best[-1].worth if len(best) == KEPT else 0.0
+        best += _judge(search, random_proposal(rng, search.limits), least)
+        best = sorted(best, key=attrgetter("worth"), reverse=True)[:KEPT]
+        if best and best[0].decides:
+            return best
     if not best or not best[0].separable:
-        return judged
-    for distance in DISTANCE * 0.5 ** np.linspace(0.0, 3.0, (SEARCH - DRAWN) // KEPT):
-        progress(len(judged) / SEARCH)
+        return best
+    for number, distance in enumerate(DISTANCE * 0.5 ** np.linspace(0.0, 3.0, IMPROVED)):
+        progress((DRAWN + KEPT * number) / SEARCH)
         for place, kept in enumerate(best):
-            for tried in _judge(search, neighbour(kept.proposal, rng, distance)):
-                judged.append(tried)
-                if tried.worth > kept.worth:
-                    best[place] = tried
-    return judged
+            for tried in _judge(search, neighbour(kept.proposal, rng, distance), kept.worth):
+                best[place] = max(kept, tried, key=attrgetter("worth"))
+    return sorted(best, key=attrgetter("worth"), reverse=True)
 
 
-def _judge(search: _Search, proposal: Proposal) -> list[_Judged]:
-    """The proposal, as small as the springs demand, and its worth; empty if it cannot be run."""
+def _judge(search: _Search, proposal: Proposal, least: float) -> list[_Judged]:
+    """The proposal, as small as the springs demand, and its worth; empty if it cannot be run.
+
+    What seems worth more than the least to a linear refit is judged by a full one: springs that
+    fall slack a little later are another motion, and a parameter that makes up for it.
+    """
     try:
         fitted = _fitted(search, proposal)
         if fitted is None:
@@ -248,11 +262,26 @@ def _judge(search: _Search, proposal: Proposal) -> list[_Judged]:
     except (ModelError, SimulationError):
         return []
 
-    def left(right: int, wrong: int) -> float:
-        return left_over(predictions[right].signals, predictions[wrong], search.rivals[wrong])
+    def linear(pair: Pair) -> float:
+        return min(
+            left_over(predictions[right].signals, predictions[wrong], search.rivals[wrong])
+            for right, wrong in (pair, pair[::-1])
+        )
 
-    least = {pair: min(left(*pair), left(*pair[::-1])) for pair in _pairs(predictions)}
-    return [_Judged(fitted, least)]
+    def full(pair: Pair) -> float:
+        lefts = (
+            refit(predictions[right], search.rivals[wrong], experiment, search.sigmas)
+            for right, wrong in (pair, pair[::-1])
+        )
+        first = next(lefts).noncentrality
+        return first if first < SEPARABLE else min(first, next(lefts).noncentrality)
+
+    judged = _Judged(fitted, {pair: linear(pair) for pair in _pairs(predictions)})
+    for pair in judged.separable:
+        if judged.worth <= least:
+            break
+        judged = _Judged(fitted, {**judged.left, pair: full(pair)})
+    return [judged]
 
 
 def _fitted(search: _Search, proposal: Proposal) -> Proposal | None:

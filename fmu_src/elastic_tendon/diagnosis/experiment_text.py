@@ -113,15 +113,18 @@ def undecidable_text(ids: Sequence[str], models: Sequence[Model]) -> str:
         f"No motion within the limits of the actuator tells {', '.join(most)} and {last} apart by "
         "clearly more than the noise: with other parameters each explains what another predicts."
     ]
-    reasons = {
-        alias.when
+    same = {
+        tuple(sorted(map(titled, (effect_id, rival)))): alias.when
         for model in models
         for effect_id in model.effect_ids
         for alias in effects.BY_ID.aliases_of(effects.BY_ID[effect_id])
-        if effect_id in ids and set(alias.of) & set(ids)
+        for rival in alias.of
+        if {effect_id, rival} <= set(ids)
     }
-    if reasons:
-        sentences.append(f"They are the same wherever {'; '.join(sorted(reasons))}.")
+    sentences += [
+        f"{first} and {second} are the same wherever {when}."
+        for (first, second), when in sorted(same.items())
+    ]
     return " ".join(sentences)
 
 

@@ -143,7 +143,7 @@ def limits_of(models: Sequence[Model], measurements: Sequence[Measurement]) -> L
     span = float(np.ptp(springs.deflection)) / first.transmission.motor_share
     held = kind.has_springs and float(max(map(np.ptp, positions))) < HELD * span
     if held:
-        motion = _held_motor(positions[0], frequency, span)
+        motion = _held_motor(positions[0], span, frequency)
     return Limits(
         kind=kind,
         motion=motion,

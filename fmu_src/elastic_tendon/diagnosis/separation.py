@@ -37,6 +37,7 @@ EVALUATIONS = 15  # of a refit that checks a prediction
 SEED, DRAWS = 20130507, 24  # parameters of a rival that its data leave likely
 TINY = 1e-12  # noncentrality of what does not differ at all
 FREE = 1e-12  # information on a state that no data determine: next to none
+ALIKE = 10.0  # times as surely as the prior says it, rivals have what their data leave open alike
 
 
 @dataclass(frozen=True)
@@ -52,27 +53,20 @@ class Known:
     """A rival with what the data at hand say about it.
 
     `root` (m + k, m + k) : its square is the information on the fit's variables, then on the k
-    numbers of an initial state yet unknown. `initial` : at rest at the start of the experiment.
+    numbers of an initial state yet unknown. `variables` (m,) : of its fit, what the data leave open
+    as another rival has it; `model` : of these. `initial` : at rest at the start of the experiment.
     """
 
     rival: Rival
     root: Array
+    variables: Array
+    model: Model
     initial: InitialState
-
-    @property
-    def model(self) -> Model:
-        """The fitted model."""
-        return self.rival.fit.model
 
     @property
     def coordinates(self) -> Coordinates:
         """Of its fit."""
         return self.rival.fit.problem.coordinates
-
-    @property
-    def variables(self) -> Array:
-        """Of its fit, at the optimum, (m,)."""
-        return self.rival.fit.problem.numbers(self.rival.fit.vector)
 
 
 @dataclass(frozen=True)
@@ -87,13 +81,15 @@ class Prediction:
     jacobian: Array
 
 
-def known(rival: Rival, start: float) -> Known:
+def known(rival: Rival, start: float, like: Known | None = None) -> Known:
     """Gather what the data at hand say about a rival.
 
     Parameters
     ----------
     rival : Rival
     start : where the motor rests, or a link without springs, before an experiment, rad
+    like : another, whose parameters it takes where its own data leave them open: two that differ
+        there, as in a scale that nothing has told yet, say nothing different by that
 
     Returns
     -------
@@ -112,7 +108,23 @@ def known(rival: Rival, start: float) -> Known:
     upper = np.asarray(np.linalg.qr(ordered, mode="r"))
     root = np.sqrt(FREE) * np.eye(count + len(moved_states(fit.model.kind)))
     root[:count, :count] = upper[own:, own:]
-    return Known(rival, root, at_rest(fit.model, start))
+    variables, model = fit.problem.numbers(fit.vector), fit.model
+    if like is not None:
+        with suppress(ModelError):
+            variables = _alike(fit.problem.coordinates, variables, root[:count, :count], like)
+            model = fit.problem.coordinates.model(variables)
+    return Known(rival, root, variables, model, at_rest(model, start))
+
+
+def _alike(coordinates: Coordinates, variables: Array, root: Array, like: Known) -> Array:
+    """Variables (m,) moved towards those of another rival as far as the data leave them open."""
+    theirs = dict(zip(like.coordinates.paths, like.variables.tolist(), strict=True))
+    goal = np.array([theirs.get(path, np.nan) for path in coordinates.paths])
+    shared = np.flatnonzero(np.isfinite(goal))
+    columns = np.vstack([root, ALIKE * np.eye(len(goal))[shared]])
+    wanted = np.concatenate([np.zeros(len(root)), ALIKE * (goal - variables)[shared]])
+    step = np.linalg.lstsq(columns, wanted, rcond=None)[0]
+    return np.asarray(np.clip(variables + step, *coordinates.bounds()))
 
 
 def predict(rival: Known, experiment: Measurement, sigmas: dict[str, float]) -> Prediction:
