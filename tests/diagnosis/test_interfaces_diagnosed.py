@@ -385,3 +385,22 @@ def test_the_linear_model_has_the_rotor_or_what_the_joint_feels():
     # in state I half as stiff, at both interfaces
     slack = et.linearise(GIVEN.at("joint"), "I", outputs=["joint_torque"])
     assert slack.D[0, 2] == pytest.approx(-0.5 * stiffness)
+
+
+@pytest.mark.parametrize(
+    ("kind", "moves"), [("torque", "motor drifts"), ("position", "joint moves")]
+)
+def test_the_noise_of_a_load_is_noise_of_what_it_moves(plain, kind, moves):
+    model = GIVEN.at(kind)
+    noise = 0.1 * np.random.default_rng(8).standard_normal(len(TIME))
+    measured = ("joint_position", "motor_torque")[: 2 if model.kind.has_rotor else 1]
+    signals = {name: plain.signals[name] for name in measured}
+    noisy = replace(plain, load_torque=plain.load_torque + noise, signals=signals)
+    found = et.diagnose(model, noisy)
+    assert found.verdict == "wrong_parameter"
+    assert found.added == ()
+    # of so short a recording the noise moves a joint on springs by a quarter more or less
+    assert all(part.noise_ratio < 1.4 for part in found.remaining.values())
+    (note,) = (note for note in found.notes if "the load torque has noise of 0.1 N·m" in note)
+    assert f"the simulated {moves} by" in note
+    assert ("in windows of" in note) == model.kind.has_rotor

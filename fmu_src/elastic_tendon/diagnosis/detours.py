@@ -25,6 +25,7 @@ DETOURS = 4  # sets of fewer effects than the answer, the best first, that are g
 UNLIKE = 4.0  # times the fitted recordings' mean square, above which held-out ones are not alike
 # of a fit to all recordings that starts at an answer
 AGAIN = replace(EFFORT, scouted=1, evaluations=10)
+HARDLY_MORE = 1.5  # mean square up to which a rare effect may win
 RARE = "it is tried on request only, as more than noise is left with it"
 HARDLY_BETTER = 0.1  # of the base's mean square; singles may do better than what leaves more
 
@@ -227,7 +228,7 @@ class Detours(Looks):
 
     def _explained_by_rare(self) -> bool:
         """Where much is left: effects that are else tried on request only. One of them looks like
-        two common ones, so it is an answer only where nothing but noise is left with it.
+        two common ones, so it is an answer only where hardly more than noise is left with it.
 
         Returns
         -------
@@ -244,8 +245,10 @@ class Detours(Looks):
             self._keep(found.values())
             untried = [near for near in untried if self._badness(near) < FIRST * own.square]
         self._refit(untried, "trying rare effects")
+        most = max(HARDLY_MORE, self.evidence.heldout_square(answer))
         for near in filter(self.answers.__contains__, untried):
-            if not self._meets_noise(self.answers[near]):
+            tried = self.answers[near]
+            if tried.mean_square > HARDLY_MORE or self.evidence.heldout_square(tried) > most:
                 self.refused[near] = RARE
         return self.answer is not answer
 

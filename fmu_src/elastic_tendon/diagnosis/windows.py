@@ -1,9 +1,10 @@
-"""Recordings in windows, each simulated from an initial state of its own.
+"""Noise of a recording's inputs, and windows in which that does little.
 
-The noise of a measured motor torque, and of a joint position that is given, is an error of the
-model's input, which a rotor integrates: the simulated motor drifts ever further, soon beyond any
-encoder's noise, and effects are named for it. So such recordings are cut into windows in which it
-drifts less, and what it does there counts as noise.
+The noise of a measured motor torque, of a load, and of a joint position that is given, is an error
+of the model's input. It moves a joint on springs, and what it does there counts as noise of the
+signals. A rotor integrates it: the simulated motor drifts ever further, soon beyond any encoder's
+noise, and effects are named for it. So recordings of rotors are cut into windows in which it drifts
+less, each simulated from an initial state of its own.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -28,14 +29,16 @@ from elastic_tendon.estimation.problem import TOLERANCE
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.noise import noise_floors
 
-MOTOR = "motor_position"
-POSITIONS = ("joint_position", MOTOR)
-UNITS = {"motor_torque": "N·m", "joint_position": "rad"}  # of inputs that move a rotor
+JOINT, MOTOR = "joint_position", "motor_position"
+POSITIONS = (JOINT, MOTOR)
+# of inputs whose noise moves the machine
+UNITS = {"motor_torque": "N·m", "load_torque": "N·m", "joint_position": "rad"}
 FEWEST = 20  # samples in a window
 # s of a window that is chosen, how many of a recording, and the share of the larger noise of both
 # encoders from which a drift is seen
 SHORTEST, MOST, HARDLY_SEEN = 0.2, 64, 0.5
-LOOKED_AT = 16  # windows of a recording that tell how far the motor drifts
+# windows of a recording that tell how far the motor drifts, and how often each at most
+LOOKED_AT, DRAWS = 16, 4
 MATTERS = 0.1  # of an encoder's noise, from which a drift counts
 
 
@@ -95,11 +98,15 @@ def torque_notes(
         drift = _drift(model, part, asked or np.inf)
         if all(size < part.noise[name].sigma for name, size in drift.items()):
             continue
+        rotor = part.kind.has_rotor
+        moves = "motor drifts" if rotor else "joint moves"
         text = (
-            f"{part.name}: {' and '.join(_told_noises(part))}, by which "
-            f"the simulated motor drifts by {drift[MOTOR]:.2g} rad, beyond the encoder's noise"
+            f"{part.name}: {' and '.join(_told_noises(part))}, by which the simulated {moves} by "
+            f"{drift[MOTOR if rotor else JOINT]:.2g} rad, beyond the encoder's noise"
         )
-        if asked is None and horizon is not None:
+        if not rotor:
+            text += "; effects of that size may be named wrongly"
+        elif asked is None and horizon is not None:
             text += (
                 f"; so it is simulated in windows of {horizon:.2g} s, each from an initial state "
                 "of its own (--horizon sets another length)"
@@ -111,7 +118,9 @@ def torque_notes(
 
 
 def _horizon(model: Model, measurement: Measurement) -> float | None:
-    """As `horizon_for`, of one recording."""
+    """As `horizon_for`, of one recording; springs hold a joint without a rotor where it is."""
+    if not measurement.kind.has_rotor:
+        return None
     whole = float(measurement.time[-1] - measurement.time[0])
     step = whole / max(len(measurement.time) - 1, 1)
     shortest = max(SHORTEST, FEWEST * step, whole / MOST)
@@ -150,11 +159,14 @@ def _with_noise(measurement: Measurement, more: Mapping[str, float]) -> Measurem
 
 
 def _input_noise(measurement: Measurement) -> dict[str, float]:
-    """Standard deviation of the noise of inputs that move a rotor, by name; nothing where none is
-    moved."""
-    if not measurement.kind.has_rotor or measurement.static:
+    """Standard deviation of the noise of inputs that move a rotor, and of the load of a joint on
+    springs, by name."""
+    kind = measurement.kind
+    if measurement.static or not kind.has_springs:
         return {}
-    floors = noise_floors(measurement.time, {}, measurement.driving)
+    moving = tuple(UNITS) if kind.has_rotor else ("load_torque",)
+    inputs = {name: values for name, values in measurement.inputs.items() if name in moving}
+    floors = noise_floors(measurement.time, {}, inputs)
     return {name: floor.sigma for name, floor in floors.items() if floor.sigma}
 
 
@@ -191,16 +203,26 @@ def _error_from_beginning(
 
 def _pairs(measurement: Measurement, horizon: float) -> list[tuple[Measurement, Measurement]]:
     """Some windows, evenly spread, of what is simulated, and with as much noise of the inputs
-    once more; the noise is the same each time."""
-    random, n = np.random.default_rng(0), len(measurement.time)
-    driving = dict(measurement.driving)
-    for name, sigma in _input_noise(measurement).items():
-        driving[name] = driving[name] + sigma * random.standard_normal(n)
-    noisy = replace(measurement, driving=driving)
+    once more, several times where windows are few; the noise is the same each time."""
     known = {name: floor.sigma for name, floor in measurement.noise.items()}
-    parts = (replace(smoothed(part), given_noise=known) for part in (measurement, noisy))
-    every = list(zip(*(_pieces(part, horizon) for part in parts), strict=True))
-    return every[:: -(-len(every) // LOOKED_AT)]
+    pairs: list[tuple[Measurement, Measurement]] = []
+    for seed in range(DRAWS):
+        parts = (measurement, _noisier(measurement, np.random.default_rng(seed)))
+        calm = (replace(smoothed(part), given_noise=known) for part in parts)
+        pairs += zip(*(_pieces(part, horizon) for part in calm), strict=True)
+        if len(pairs) >= LOOKED_AT:
+            break
+    return pairs[:: -(-len(pairs) // LOOKED_AT)]
+
+
+def _noisier(measurement: Measurement, random: np.random.Generator) -> Measurement:
+    """A recording with as much noise of its inputs once more."""
+    inputs = {
+        name: measurement.inputs[name] + sigma * random.standard_normal(len(measurement.time))
+        for name, sigma in _input_noise(measurement).items()
+    }
+    load = inputs.pop("load_torque", measurement.load_torque)
+    return replace(measurement, load_torque=load, driving={**measurement.driving, **inputs})
 
 
 def _left(model: Model, window: Measurement, noisy: Measurement) -> dict[str, Array]:
