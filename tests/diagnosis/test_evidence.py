@@ -178,6 +178,7 @@ def test_held_out_data_that_nothing_explains_refute_none_that_explains_far_more(
     assert judging.lasting(far_better, [base])
     assert not judging.lasting(Made(friction, 500.0, heldout=1100.0), [base])  # not so much better
     assert not judging.lasting(Made(friction, 100.0, heldout=2000.0), [base])  # far worse there
+    assert judging.lasting(Made(friction, 20.0, heldout=2000.0), [base])  # and far, far better here
     explained = Made((), 1000.0, heldout=1.0)
     assert not judging.lasting(Made(friction, 100.0, heldout=1.1), [explained])
 
@@ -211,6 +212,18 @@ def test_what_nobody_would_hear_of_is_left_out() -> None:
     assert many * log(1.0 / 0.98) > DECISIVE + 2 * log(many)
     assert judge().allowed([clean, faint]) == [clean]
     assert judge().allowed([clean, loud], [("gravity_load",)]) == [clean]
+
+
+def test_what_only_held_out_data_hear_of_is_not_left_out(monkeypatch) -> None:
+    judging = judge(heldout=True, monkeypatch=monkeypatch)
+    clean = Made((), 12.0, heldout=500.0)
+    shown, not_shown = (
+        Made(("overstretch_protection",), 11.9, heldout=square) for square in (60.0, 200.0)
+    )
+    assert judging.allowed([clean, shown]) == [clean, shown]
+    assert judging.allowed([clean, not_shown]) == [clean]
+    lost = Made((), 12.0, heldout=np.inf)  # nobody asked how much
+    assert judging.allowed([lost, shown]) == [lost]
 
 
 def test_beside_slow_noise_that_was_given_more_has_to_be_heard() -> None:

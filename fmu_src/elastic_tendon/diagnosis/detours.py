@@ -235,7 +235,7 @@ class Detours(Looks):
         whether the best has changed
         """
         answer, added = self.answer, self.answer.added
-        if answer.mean_square < MUCH:
+        if answer.mean_square < HARDLY_MORE:
             return False
         sets = self._additions(added, self.data.rare)
         untried = [near for near in sets if near not in {*self.answers, *self.failures}]
@@ -243,12 +243,15 @@ class Detours(Looks):
             own = self._own(added)
             found, _ = self.screen.combined(own, [sets[near] for near in untried], len(untried))
             self._keep(found.values())
-            untried = [near for near in untried if self._badness(near) < FIRST * own.square]
+            # half of what is left beside the noise
+            half = FIRST * own.square * (1.0 + 1.0 / answer.mean_square)
+            untried = [near for near in untried if self._badness(near) < half]
         self._refit(untried, "trying rare effects")
-        most = max(HARDLY_MORE, self.evidence.heldout_square(answer))
+        most = HARDLY_MORE if answer.mean_square > MUCH else AT_NOISE
+        elsewhere = max(HARDLY_MORE, self.evidence.heldout_square(answer))
         for near in filter(self.answers.__contains__, untried):
             tried = self.answers[near]
-            if tried.mean_square > HARDLY_MORE or self.evidence.heldout_square(tried) > most:
+            if tried.mean_square > most or self.evidence.heldout_square(tried) > elsewhere:
                 self.refused[near] = RARE
         return self.answer is not answer
 

@@ -34,9 +34,9 @@ AUDIBLE = 0.15  # RMS of what an effect explains, in units of the noise or of wh
 # ... and where more is left than this mean square: less than this may be some of the unknown
 MUCH, AUDIBLE_BESIDE = 2.25, 0.5
 WORSE = 1.01  # times a held-out mean square that is no worse
-# times by which the mean square of the fitted recordings falls, and held-out ones of which neither
-# answer explains much may then rise: what both lack rules there
-FAR_LESS, SOMEWHAT_MORE = 4.0, 1.5
+# times by which the mean square of the fitted recordings falls, and power of it by which held-out
+# ones of which neither answer explains much may then rise: what both lack rules there
+FAR_LESS, SOMEWHAT = 4.0, 0.25
 LESS_THAN_NOISE = 0.9  # held-out mean square below which chance hardly leads
 AT_NOISE = 1.1  # mean square up to which an answer leaves nothing to explain
 HELDOUT_AT_NOISE = 1.5  # held-out mean square up to which nothing but noise is left
@@ -167,9 +167,15 @@ class Evidence:
 
     def refusal(self, answer: Answer, answers: Sequence[Answer]) -> str:
         """Why an answer may not be chosen among these, "" where it may."""
-        if not audible(answer, answers):
+        if not audible(answer, [part for part in answers if not self._tells(part, answer)]):
             return TOO_LITTLE
         return "" if self.lasting(answer, answers) else WORSE_ELSEWHERE
+
+    def _tells(self, part: Answer, answer: Answer) -> bool:
+        """Whether held-out recordings, if not the fitted ones, tell what an answer has beside
+        another."""
+        before = self.heldout_square(part)
+        return MUCH < before < np.inf and FAR_LESS * self.heldout_square(answer) < before
 
     def best(self, answers: Sequence[Answer]) -> Answer:
         """The simplest of those that cannot be told from the best, plausible ones before others."""
@@ -202,7 +208,7 @@ class Evidence:
         are met somewhat worse: it leaves far less of the fitted ones, and neither explains them."""
         before, own = self.heldout_square(part), self.heldout_square(answer)
         gain = _mean_square(part.floored) / _mean_square(answer.floored)
-        return before > MUCH and gain > FAR_LESS and own < SOMEWHAT_MORE * before
+        return before > MUCH and gain > FAR_LESS and own < gain**SOMEWHAT * before
 
     def fades(self, answer: Answer, base: Answer) -> bool:
         """Whether an answer leaves more than noise on held-out recordings and explains far less

@@ -24,6 +24,7 @@ LESSER = "explains less, or is less simple, than what was taken"
 NOT_ENOUGH = "explains no more than its parameters cost"
 ESTIMATED = 3  # candidates of a round, the best first, whose parameters get intervals
 NO_REFIT = "the screen expects too little of it for a refit"
+ENDED = "the search took so long that it ended before it refitted what the screen expects most of"
 IN_VAIN = "not refitted: refits of what the screen expected more of gained nothing"
 
 
@@ -277,6 +278,7 @@ def _reason(rows: Sequence[Candidate], chosen: Set) -> str:
         return f"{titles} explains {100.0 * best.gain:.0f} % of the squared error"
     tried = [row for row in rows if row.fitted]
     if not tried:
-        return "no effect explains more of the error than chance would"
+        promised = min((row.evidence or 0.0 for row in rows), default=0.0) < -DECISIVE
+        return ENDED if promised else "no effect explains more of the error than chance would"
     titles = " and ".join(effects.BY_ID[effect_id].title for effect_id in tried[0].ids)
     return f"no effect was taken; the best, {titles}, {tried[0].reason}"

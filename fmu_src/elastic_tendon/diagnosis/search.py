@@ -45,6 +45,7 @@ from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.estimation.stretches import independent_facts
 from elastic_tendon.progress import Progress
+from elastic_tendon.simulation.work import AFFORDABLE
 
 TRUSTED = 2.0  # mean square on the torque screen of an answer that leaves nothing but noise
 LOOKED = 6  # sets with one more effect that are estimated beside the best
@@ -54,6 +55,7 @@ ABOUT = 100.0  # evidence by which these may seem worse on the screen, where fac
 LONG = 3e8  # multiplications after which a search that is not at the noise has lasted long
 SMALL = 25.0  # mean square of an error that is hardly larger than noise: torques hide it
 MOST_ROUNDS, MOST_REFITS = 8, 20
+AFTER_TIME = 3  # rounds more, where time is up and an addition promises to leave half
 BLIND = 10.0  # times the mean square of the trajectory that the torque screen leaves there
 
 
@@ -89,9 +91,20 @@ class Search(Detours):
             if not self._explained_by_rare():
                 break
             self._follow_neighbours(np.inf)
-        added = self.answer.added
-        if self._tired and added not in self.neighbours:
-            self.neighbours[added] = self._expected(added, self._neighbours(added))
+        self._after_time()
+
+    def _after_time(self) -> None:
+        """Where so much was simulated that the search ends: refit a neighbour all the same that
+        promises to leave half, a few times."""
+        for _ in range(AFTER_TIME):
+            if not self._tired:
+                return
+            added = self.answer.added
+            shares = self._neighbours(added)
+            self.neighbours[added] = self._expected(added, shares)
+            self.limit = self.work + AFFORDABLE
+            if not self._half_gone(added, shares, np.inf):
+                return
 
     def climb(self) -> Iterator[None]:
         """From the base to sets whose neighbours do worse, with refits from places around them.
