@@ -42,6 +42,12 @@ def smoothed(measurement: Measurement) -> Measurement:
     )
 
 
+def noise_stands_alone(values: Array) -> bool:
+    """Whether a signal has noise at high frequencies that is none of its motion, which the filter
+    would take away."""
+    return len(values) > FEWEST and not np.array_equal(_filtered(values), values)
+
+
 def _filtered(values: Array) -> Array:
     """Wiener filter against white noise, as large as the power at high frequencies; (n,) array."""
     trend = np.linspace(values[0], values[-1], len(values))

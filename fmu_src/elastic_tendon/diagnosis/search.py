@@ -105,6 +105,8 @@ class Search(Detours):
             self.limit = self.work + AFFORDABLE
             if not self._half_gone(added, shares, np.inf):
                 return
+            while self._doubted() or self._fades_in_time():
+                pass
 
     def climb(self) -> Iterator[None]:
         """From the base to sets whose neighbours do worse, with refits from places around them.

@@ -23,16 +23,17 @@ from elastic_tendon.comparison.residuals import (
     simulate_measurement,
     stack,
 )
-from elastic_tendon.diagnosis.inputs import smoothed
+from elastic_tendon.diagnosis.inputs import noise_stands_alone, smoothed
 from elastic_tendon.errors import ElasticTendonError
 from elastic_tendon.estimation.problem import TOLERANCE
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.measurement.noise import noise_floors
 
-JOINT, MOTOR = "joint_position", "motor_position"
+JOINT, MOTOR, LOAD = "joint_position", "motor_position", "load_torque"
 POSITIONS = (JOINT, MOTOR)
 # of inputs whose noise moves the machine
-UNITS = {"motor_torque": "N·m", "load_torque": "N·m", "joint_position": "rad"}
+UNITS = {"motor_torque": "N·m", LOAD: "N·m", JOINT: "rad"}
+LOAD_NOISE = 0.3  # standard deviation of noise beside that of a load, beyond which it is no noise
 FEWEST = 20  # samples in a window
 # s of a window that is chosen, how many of a recording, and the share of the larger noise of both
 # encoders from which a drift is seen
@@ -160,14 +161,19 @@ def _with_noise(measurement: Measurement, more: Mapping[str, float]) -> Measurem
 
 def _input_noise(measurement: Measurement) -> dict[str, float]:
     """Standard deviation of the noise of inputs that move a rotor, and of the load of a joint on
-    springs, by name."""
+    springs, by name; a load that itself is noise, as it excites all frequencies, has none."""
     kind = measurement.kind
     if measurement.static or not kind.has_springs:
         return {}
-    moving = tuple(UNITS) if kind.has_rotor else ("load_torque",)
+    moving = tuple(UNITS) if kind.has_rotor else (LOAD,)
     inputs = {name: values for name, values in measurement.inputs.items() if name in moving}
     floors = noise_floors(measurement.time, {}, inputs)
-    return {name: floor.sigma for name, floor in floors.items() if floor.sigma}
+    found = {name: floor.sigma for name, floor in floors.items() if floor.sigma}
+    load = inputs.get(LOAD)
+    excites = load is not None and (LOAD_NOISE * np.std(load) < found.get(LOAD, 0.0))
+    if load is not None and (excites or not noise_stands_alone(load)):
+        found.pop(LOAD, None)
+    return found
 
 
 def _told_noises(measurement: Measurement) -> Iterator[str]:
@@ -221,7 +227,7 @@ def _noisier(measurement: Measurement, random: np.random.Generator) -> Measureme
         name: measurement.inputs[name] + sigma * random.standard_normal(len(measurement.time))
         for name, sigma in _input_noise(measurement).items()
     }
-    load = inputs.pop("load_torque", measurement.load_torque)
+    load = inputs.pop(LOAD, measurement.load_torque)
     return replace(measurement, load_torque=load, driving={**measurement.driving, **inputs})
 
 

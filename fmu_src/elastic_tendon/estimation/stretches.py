@@ -94,7 +94,7 @@ def left_out(columns: Array, errors: Array, numbers: NDArray[np.int_]) -> Array:
     Parameters
     ----------
     columns : (N + p, k) array, derivatives of the errors, and below them those of p priors
-    errors : (N + p,) array, at the solution
+    errors : (N + p,) array
     numbers : (N,) array, stretch of each sample, see `stretch_numbers`
 
     Returns
@@ -105,10 +105,11 @@ def left_out(columns: Array, errors: Array, numbers: NDArray[np.int_]) -> Array:
     scale[scale == 0.0] = 1.0
     scaled = columns / scale
     whole = scaled.T @ scaled
+    gradient = scaled.T @ errors
     moves = np.empty((int(numbers.max()) + 1, columns.shape[1]))
     for index in range(len(moves)):
         own = np.flatnonzero(numbers == index)
         part = scaled[own]
         rest = whole - part.T @ part
-        moves[index] = np.linalg.lstsq(rest, part.T @ errors[own], rcond=1e-12)[0]
+        moves[index] = -np.linalg.lstsq(rest, gradient - part.T @ errors[own], rcond=1e-12)[0]
     return np.asarray(moves / scale)
