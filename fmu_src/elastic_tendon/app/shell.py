@@ -1,5 +1,6 @@
 """The page around the steps: which step is open, progress and cancel, the look, the session."""
 
+import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,6 +11,7 @@ from elastic_tendon.app import gate, results, walk
 from elastic_tendon.app.mapping import in_app_words
 from elastic_tendon.app.step import PageStep, aria, section
 from elastic_tendon.app.workspace import Failure, Session, Workspace
+from elastic_tendon.reports.interactive.theme import light_by_dark
 
 TICK = 300  # ms between polls of the work under way
 
@@ -70,6 +72,7 @@ def layout(steps: Sequence[PageStep], session_name: str) -> Component:
             ),
         ],
         id="page",
+        **{"data-light": json.dumps(light_by_dark())},  # see assets/print.js
     )
 
 
