@@ -49,7 +49,8 @@ ON_PAPER = """height => {
   const cut = one => getComputedStyle(one).overflowX !== "visible"
     && one.scrollWidth > one.clientWidth + 1;
   return [
-    ...shown("section *:not(.unseen, svg *, input)").filter(cut).map(one => `cut: ${words(one)}`),
+    ...shown("section *:not(.unseen, svg, svg *, input)").filter(cut)
+      .map(one => `cut: ${words(one)}`),
     ...shown(".saveable").filter(one => one.getBoundingClientRect().height > height)
       .map(one => `longer than a page: ${one.firstChild.id}`),
     ...shown("nav, button:not(.link, .dash-dropdown), section input[type=range], .drop, .modebar")

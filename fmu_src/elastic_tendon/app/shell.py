@@ -72,7 +72,7 @@ def layout(steps: Sequence[PageStep], session_name: str) -> Component:
             ),
         ],
         id="page",
-        **{"data-light": json.dumps(light_by_dark())},  # see assets/print.js
+        **_colours_for_script(),
     )
 
 
@@ -84,6 +84,11 @@ def _words_for_script(session_name: str) -> dict[str, Any]:
     else:
         words += "If it has ended, what was done here is lost; --session FILE keeps it."
     return {"data-words": words}
+
+
+def _colours_for_script() -> dict[str, Any]:
+    """What figures take on paper in place of the dark theme's, see assets/print.js."""
+    return {"data-light": json.dumps(light_by_dark())}
 
 
 def _links(steps: Sequence[PageStep]) -> html.Ol:

@@ -430,7 +430,7 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         static = runs[0].file.measurement.static
         now = {"rest": rest, "moved": values, "curves": len(moved)}
         if moved and not static and drawn and drawn["rest"] == rest and drawn["curves"]:
-            curves = run_curves(*moved, chosen.signal, window=window, buckets=BUCKETS)
+            curves = run_curves(moved[-1], chosen.signal, window=window, buckets=BUCKETS)
             return moved_only(curves, len(runs)), *(no_update,) * 4, now
         figure = overlay(
             [*runs, *moved],
