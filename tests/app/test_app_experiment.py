@@ -107,6 +107,7 @@ def app(file: SessionFile) -> Iterator[Served]:
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
     pytest.importorskip("playwright")
+    pytest.importorskip("axe_playwright_python")
     from app_driver import CHROMIUM, browser
 
     if CHROMIUM is None:
@@ -123,15 +124,17 @@ def take_part(chromium: Any, app: Served, folder: Path, text: str, recording: by
     text : of the experiment, a part of it
     recording : CSV of what came of it
     """
+    from accessibility import LEVEL_AA, violations
     from app_driver import Walk
 
-    tab = Walk(chromium, app.url)
+    tab, level = Walk(chromium, app.url), {"type": "tag", "values": LEVEL_AA}
     tab.step("Which effect")
     tab.page.locator("#effect-experiment-words").filter(has_text=text).wait_for()
     tab.settle()
     last = tab.page.locator("#effect-experiment-figure .y3title")
     assert "difference" in (last.text_content() or "")
     handed_out = tab.save(tab.button("Download the experiment"), folder)
+    assert violations(tab.page, level) == []
 
     played = {"name": "played.csv", "mimeType": "text/csv", "buffer": recording}
     tab.page.locator("#effect-recording input[type=file]").set_input_files([played])
@@ -146,6 +149,7 @@ def take_part(chromium: Any, app: Served, folder: Path, text: str, recording: by
     tab.settle()
     tab.choose("Recording", "played.csv")
     tab.settle()
+    assert violations(tab.page, level) == []
     tab.close()
     assert tab.faults == []
     return handed_out
