@@ -4,6 +4,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page
 
 LEVEL_AA = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
+CONTRAST: dict[str, object] = {"type": "rule", "values": ["color-contrast"]}
 CURVES = {"exclude": [[".main-svg"]]}  # thousands of points, none of which is text of the page
 BEYOND = "document.documentElement.scrollWidth - window.innerWidth"
 

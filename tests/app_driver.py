@@ -36,6 +36,7 @@ WATCH = """
     window.asked.quiet = 0;
   };
   window.fetch = (...all) => {
+    if (all[1] && all[1].method === "HEAD") return ask(...all); // only whether a server is there
     count(1);
     return ask(...all).finally(() => count(-1));
   };

@@ -17,6 +17,7 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # those that take longest begin first: else the last of them keeps one worker busy and the others
 # wait; test_packing well after test_platforms, whose FMU it takes: side by side one waits for it
 LONGEST_FIRST = (
+    "app/test_app_every_step.py",
     "app/test_app_walk.py",
     "fmu/test_platforms.py",
     "hidden_effect/test_hidden_effect.py",

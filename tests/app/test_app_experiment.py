@@ -3,42 +3,35 @@
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from threading import Thread
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 pytest.importorskip("dash")
 
+from diagnosis.test_experiment_driven import case_of, proposed
+from diagnosis.test_interfaces_diagnosed import GIVEN
 from elastic_tendon import demo
-from elastic_tendon.app import ranking, walk
-from elastic_tendon.app.document import Document, Source, Version, new_document
-from elastic_tendon.app.server import Served, listen
-from elastic_tendon.app.session_file import SessionFile, open_session
+from elastic_tendon.app import ranking, results, walk
+from elastic_tendon.app.document import Source, new_document
+from elastic_tendon.app.server import Served
+from elastic_tendon.app.session_file import SessionFile
 from elastic_tendon.diagnosis.by_hand import LeftOpen, Proposed, Ranked
 from elastic_tendon.diagnosis.experiment import experiment_csv
+from elastic_tendon.diagnosis.result import Experiment, Round
+from elastic_tendon.measurement import Measurement
 from hand_made_diagnosis import COULOMB, friction_found, next_experiment
-
-LUGRE = "lugre_friction"
-OPEN = LeftOpen(((COULOMB,), (LUGRE,)), complete=True)
-FILES = {"fit": demo.DATA / "demo_fit.csv"}
-
-
-def searched() -> Document:
-    """The parameters refitted, and searched from."""
-    found = friction_found()
-    document = new_document(found.given, [Source(key="fit", name="demo_fit.csv")])
-    key = document.data_key()
-    refitted = Version(
-        id="",
-        parent="1",
-        title="parameters refitted",
-        model=found.steps[1].comparison.model.to_toml(),
-        fitted_to=key,
-        searched=key,
-    )
-    return document.adding(refitted)
-
+from searched_session import (
+    FILES,
+    LUGRE,
+    OPEN,
+    searched,
+    searched_session,
+    served_session,
+    session_with,
+)
 
 # ---- words ---------------------------------------------------------------------------------------
 
@@ -92,20 +85,7 @@ def test_both_rivals_are_candidates_again_before_the_choice_between_them() -> No
 @pytest.fixture
 def file(tmp_path: Path) -> SessionFile:
     """A session in which the experiment was found."""
-    document, found = searched(), friction_found()
-    made = open_session(tmp_path / "night.session")
-    made.begin(document, FILES)
-    models = {effect_id: found.model.to_toml() for effect_id in (COULOMB, LUGRE)}
-    first = found.rounds[0]
-    singles = tuple(candidate for candidate in first.candidates if len(candidate.ids) == 1)
-    by_hand = replace(first, candidates=singles)
-    for result, value in (
-        (walk.ranked(document, document.version, FILES), Ranked(by_hand, models)),
-        (walk.left_open(document, FILES), OPEN),
-        (walk.proposed(document, FILES), Proposed(next_experiment(), "")),
-    ):
-        made.keep(result.key, value)
-    return made
+    return searched_session(tmp_path / "night.session")
 
 
 def test_a_session_keeps_the_experiment(file: SessionFile) -> None:
@@ -120,48 +100,111 @@ def test_a_session_keeps_the_experiment(file: SessionFile) -> None:
 
 @pytest.fixture
 def app(file: SessionFile) -> Iterator[Served]:
-    before = file.reopen()
-    assert before is not None
-    served = listen(before.document, before.files, kept=file)
-    Thread(target=served.run, daemon=True).start()
-    yield served
-    served.close()
+    with served_session(file) as served:
+        yield served
 
 
-def test_it_is_played_and_its_recording_searched_with_the_others(
-    app: Served, tmp_path: Path
-) -> None:
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
     pytest.importorskip("playwright")
-    from app_driver import CHROMIUM, Walk, browser
+    pytest.importorskip("axe_playwright_python")
+    from app_driver import CHROMIUM, browser
 
     if CHROMIUM is None:
         pytest.skip("chromium is not installed")
     with browser() as chromium:
-        tab = Walk(chromium, app.url)
-        tab.step("Which effect")
-        tab.page.get_by_text("Small reversals of the motor for 4 s").wait_for()
-        tab.settle()
-        last = tab.page.locator("#effect-experiment-figure .y3title")
-        assert "difference" in (last.text_content() or "")
-        handed_out = tab.save(tab.button("Download the experiment"), tmp_path)
-        assert handed_out.name == "demo_actuator_experiment.csv"
-        assert handed_out.read_text() == experiment_csv(next_experiment())
+        yield chromium
 
-        recording = (demo.DATA / "demo_validate.csv").read_bytes()
-        played = {"name": "played.csv", "mimeType": "text/csv", "buffer": recording}
-        tab.page.locator("#effect-recording input[type=file]").set_input_files([played])
-        tab.page.get_by_text("played.csv is fitted together with the other").wait_for()
-        tab.settle()
-        assert tab.page.locator("#effect-experiment").is_hidden()
-        kept = app.workspace.open(None).document
-        assert [(one.name, one.role) for one in kept.sources] == [
-            ("demo_fit.csv", "fit"),
-            ("played.csv", "fit"),
-        ]
-        tab.button("Find which effect is missing").wait_for()
-        tab.button("Go to Compare").click()
-        tab.heading("Compare").wait_for()
-        tab.settle()
-        tab.choose("Recording", "played.csv")
-        tab.close()
-        assert tab.faults == []
+
+def take_part(chromium: Any, app: Served, folder: Path, text: str, recording: bytes) -> Path:
+    """As a user does: read what is proposed, take its file away and its recording back; the file.
+
+    Parameters
+    ----------
+    text : of the experiment, a part of it
+    recording : CSV of what came of it
+    """
+    from accessibility import LEVEL_AA, violations
+    from app_driver import Walk
+
+    tab, level = Walk(chromium, app.url), {"type": "tag", "values": LEVEL_AA}
+    tab.step("Which effect")
+    tab.page.locator("#effect-experiment-words").filter(has_text=text).wait_for()
+    tab.settle()
+    last = tab.page.locator("#effect-experiment-figure .y3title")
+    assert "difference" in (last.text_content() or "")
+    handed_out = tab.save(tab.button("Download the experiment"), folder)
+    assert violations(tab.page, level) == []
+
+    played = {"name": "played.csv", "mimeType": "text/csv", "buffer": recording}
+    tab.page.locator("#effect-recording input[type=file]").set_input_files([played])
+    tab.page.get_by_text("played.csv is fitted together with the other").wait_for()
+    tab.settle()
+    assert tab.page.locator("#effect-experiment").is_hidden()
+    sources = app.workspace.open(None).document.sources
+    assert [(one.name, one.role) for one in sources][1:] == [("played.csv", "fit")]
+    tab.button("Find which effect is missing").wait_for()
+    tab.button("Go to Compare").click()
+    tab.heading("Compare").wait_for()
+    tab.settle()
+    tab.choose("Recording", "played.csv")
+    tab.settle()
+    assert violations(tab.page, level) == []
+    tab.close()
+    assert tab.faults == []
+    return handed_out
+
+
+def test_it_is_played_and_its_recording_searched_with_the_others(
+    browser: Any, app: Served, tmp_path: Path
+) -> None:
+    recording = (demo.DATA / "demo_validate.csv").read_bytes()
+    text = "Small reversals of the motor for 4 s"
+    handed_out = take_part(browser, app, tmp_path, text, recording)
+    assert handed_out.name == "demo_actuator_experiment.csv"
+    assert handed_out.read_text() == experiment_csv(next_experiment())
+
+
+# ---- where a torque drives the motor -------------------------------------------------------------
+
+
+def driven_session(path: Path, recorded: Path) -> tuple[SessionFile, Experiment]:
+    """Friction of the motor or its cogging, which a short motion leaves open, and the experiment
+    that is proposed."""
+    case, (_, experiment) = case_of("torque"), proposed("torque")
+    write_csv(case.data, recorded)
+    models = {effect_id: model.to_toml() for effect_id, (model, _) in case.answers.items()}
+    document = new_document(GIVEN.at("torque"), [Source(key="short", name=recorded.name)])
+    known = document.data_key()
+    refitted = {"parent": "1", "title": "parameters refitted", "fitted_to": known}
+    document = document.adding(document.version.model_copy(update=refitted | {"searched": known}))
+    first, *_ = friction_found().rounds[0].candidates
+    ids = [(effect_id,) for effect_id in models]
+    found = [replace(first, ids=one, expected_parameters={}, fitted_parameters=()) for one in ids]
+    alike = tuple(replace(one, equivalence_class=tuple(ids), probability=0.5) for one in found)
+    ranked = Ranked(Round(ids[0], alike, "both explain the same"), models)
+    return session_with(path, document, {"short": recorded}, ranked, experiment), experiment
+
+
+def write_csv(recording: Measurement, path: Path) -> None:
+    """With a torque that drives and the motor's position, which is no input then."""
+    columns = {**recording.inputs, **recording.signals}
+    names = {name: f"{name}_{'Nm' if 'torque' in name else 'rad'}" for name in columns}
+    table = pd.DataFrame({"time_s": recording.time} | {names[one]: columns[one] for one in names})
+    table.to_csv(path, index=False)
+
+
+def test_a_machine_that_a_torque_drives_takes_part_too(browser: Any, tmp_path: Path) -> None:
+    file, experiment = driven_session(tmp_path / "night.session", tmp_path / "short.csv")
+    write_csv(case_of("torque").run(experiment), tmp_path / "came.csv")
+    text = "Let its controller follow this, and record the motor torque"
+    with served_session(file) as app:
+        recording = (tmp_path / "came.csv").read_bytes()
+        handed_out = take_part(browser, app, tmp_path, text, recording)
+        session = app.workspace.open(None)
+        (_, played) = session.document.sources
+        ((read,),) = [session.cache.find(results.reading(played, session.files))]
+    assert handed_out.read_text() == experiment_csv(experiment)
+    heads = handed_out.read_text().splitlines()[0].split(",")
+    assert heads == ["time_s", "motor_position_rad", "load_torque_Nm", "motor_torque_Nm"]
+    assert {"motor_torque", "motor_position", "joint_position"} <= {*read.inputs, *read.signals}

@@ -53,7 +53,7 @@ from elastic_tendon.comparison.residuals import rms
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.reports.comparison_tables import bin_cells, sample_shares
 from elastic_tendon.reports.interactive.loop import torque_loop
-from elastic_tendon.reports.interactive.overlay import Run, overlay
+from elastic_tendon.reports.interactive.overlay import Run, overlay, run_curves
 from elastic_tendon.reports.interactive.theme import THEMES
 from elastic_tendon.reports.units import number, shown
 
@@ -229,6 +229,21 @@ def test_sliders_simulate_what_is_seen_of_a_long_recording(
     outside, inside = values[f"{LABEL} (rad)"]
     assert outside == "–"
     assert inside != "–"
+
+
+def test_a_move_changes_two_curves_and_nothing_else(
+    session: Session, runs: tuple[Run, ...]
+) -> None:
+    version = session.document.version
+    places = [{"of": version.mark, "values": {"link.inertia": value}} for value in (0.02, 0.025)]
+    moved = [moved_runs(version, runs[-1].file, held)[0][0] for held in places]
+    drawn, wanted = (overlay([*runs, run], SIGNAL, buckets=100).to_dict() for run in moved)
+    curves = run_curves(moved[-1], SIGNAL, buckets=100)
+    for change in step.moved_only(curves, len(runs)).to_plotly_json()["operations"]:
+        assert change["operation"] == "Assign"
+        part, index, name = change["location"]
+        drawn[part][index][name] = change["params"]["value"]
+    assert drawn == wanted
 
 
 def test_sliders_of_another_model_move_nothing(session: Session, runs: tuple[Run, ...]) -> None:

@@ -405,7 +405,8 @@ def test_sliders_redraw_the_simulation_until_they_are_taken(compare: Walk) -> No
     )
     told = words.inner_text()
     assert f"{number(1e3 * error)} mrad with the sliders" in told
-    drawn.wait_for()
+    curves = compare.page.locator("#compare-overlay")
+    curves.get_by_text(f"with the sliders: RMS {number(1e3 * error)} mrad").wait_for()
     compare.page.get_by_role("rowheader", name="with the sliders, all").wait_for()
     assert compare.document() == before
     compare.page.reload()

@@ -1,5 +1,6 @@
 """The page around the steps: which step is open, progress and cancel, the look, the session."""
 
+import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,6 +11,7 @@ from elastic_tendon.app import gate, results, walk
 from elastic_tendon.app.mapping import in_app_words
 from elastic_tendon.app.step import PageStep, aria, section
 from elastic_tendon.app.workspace import Failure, Session, Workspace
+from elastic_tendon.reports.interactive.theme import light_by_dark
 
 TICK = 300  # ms between polls of the work under way
 
@@ -70,6 +72,7 @@ def layout(steps: Sequence[PageStep], session_name: str) -> Component:
             ),
         ],
         id="page",
+        **_colours_for_script(),
     )
 
 
@@ -81,6 +84,11 @@ def _words_for_script(session_name: str) -> dict[str, Any]:
     else:
         words += "If it has ended, what was done here is lost; --session FILE keeps it."
     return {"data-words": words}
+
+
+def _colours_for_script() -> dict[str, Any]:
+    """What figures take on paper in place of the dark theme's, see assets/print.js."""
+    return {"data-light": json.dumps(light_by_dark())}
 
 
 def _links(steps: Sequence[PageStep]) -> html.Ol:

@@ -20,6 +20,7 @@ from elastic_tendon.app.workspace import Workspace
 from elastic_tendon.comparison.compare import compare
 from elastic_tendon.comparison.comparison import FileComparison
 from elastic_tendon.comparison.conditions import Selection
+from elastic_tendon.comparison.initial_state import estimate_initial_state
 from elastic_tendon.comparison.residuals import rms
 from elastic_tendon.comparison.selection import at
 from elastic_tendon.errors import ElasticTendonError, ModelError
@@ -106,7 +107,8 @@ def _moved_runs(
         return (), "No sample that is selected is in the stretch that the sliders simulate."
     try:
         model = version.loaded().with_values(dict(values))
-        (beside,) = compare(model, measurement).files
+        # how its inputs ran was found with the model's own values
+        (beside,) = compare(model, measurement, [estimate_initial_state(model, measurement)]).files
     except ElasticTendonError as fault:
         return (), f"{fault}."
     return (Run(LABEL, at(model, beside, selection), COLOUR),), ""

@@ -199,14 +199,14 @@ def signal_error(error: Array, measured: Array, states: Array, noise: NoiseFloor
 
 def _figures(error: Array, measured: Array, noise: NoiseFloor) -> ErrorFigures:
     rmse = rms(error)
-    spread = float(np.linalg.norm(measured - np.mean(measured)))
+    spread = rms(measured - np.mean(measured))
     # the mean of a constant is off by rounding
-    moves = spread > ROUNDING * float(np.linalg.norm(measured))
+    moves = spread > ROUNDING * rms(measured)
     return ErrorFigures(
         rmse=rmse,
         max_abs=float(np.max(np.abs(error))),
         bias=float(np.mean(error)),
-        fit_percent=100.0 * (1.0 - float(np.linalg.norm(error)) / spread) if moves else None,
+        fit_percent=100.0 * (1.0 - rmse / spread) if moves else None,
         noise_ratio=rmse / noise.sigma,
         count=len(error),
     )

@@ -14,6 +14,7 @@
   // A figure that was drawn while it was hidden has plotly's own width; not all others are redrawn.
   // One whose width has changed is drawn once more: plotly places legends by the width before.
   function fit() {
+    if (window.matchMedia("print").matches) return; // see print.js
     document.querySelectorAll("section:not([hidden]) .js-plotly-plot").forEach(function (plot) {
       const drawn = plot.querySelector(".main-svg");
       const room = plot.parentElement.clientWidth;

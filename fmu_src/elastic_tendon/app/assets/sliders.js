@@ -3,6 +3,7 @@
 (function () {
   "use strict";
   const DIGITS = 4; // of a number that was moved
+  const SHOWN = 6; // of one that was not, as in the step Model
   const PATIENCE = 3000; // ms for an answer, which may be that nothing has to be drawn
   let next; // what is to be asked, undefined where that is nothing
   let waiting = 0; // timer
@@ -39,7 +40,8 @@
         const path = ids[i]["compare-slider"], given = numbers.values[path];
         const value = Number(place) === given ? given : Number(Number(place).toPrecision(DIGITS));
         if (value !== given) moved[path] = value;
-        return (value + " " + numbers.units[path]).trim().replace("-", "−");
+        const text = String(Number(value.toPrecision(SHOWN))).replace(/-/g, "−");
+        return (text + " " + numbers.units[path]).trim();
       });
       const now = Object.keys(moved).length ? { of: numbers.of, values: moved } : null;
       const asked = next === undefined ? held || null : next;

@@ -196,43 +196,67 @@ def _draw_series(
     window: tuple[float, float] | None,
     buckets: int,
 ) -> None:
-    def draw(time: Array, values: Array, **style: Any) -> None:
-        across, up = envelope(time, values, buckets)
-        figure.add_scatter(x=across, y=up, mode="lines", **style)
-
-    def seen(run: Run) -> tuple[slice, Array, Array]:
-        measurement = run.file.measurement
-        kept = within(measurement.time, window, 1)
-        return kept, measurement.time[kept], measurement.signals[signal][kept]
-
-    draw(
-        *seen(runs[0])[1:],
+    measurement = runs[0].file.measurement
+    kept = within(measurement.time, window, 1)
+    across, up = envelope(measurement.time[kept], measurement.signals[signal][kept], buckets)
+    figure.add_scatter(
+        x=across,
+        y=up,
+        mode="lines",
         name="measured",
         line={"color": theme.measured, "width": 2.6},
         meta="measured",
         hovertemplate=HOVER.replace("UNIT", quantity.unit),
     )
     for index, run in enumerate(runs):
-        kept, time, measured = seen(run)
-        simulated = run.simulated(signal)[kept]
-        style = {"line": _line(runs, index, theme), "legendgroup": f"run {index}"}
-        draw(
-            time,
-            simulated,
-            name=_label(run, signal, quantity),
+        style = {
+            "mode": "lines",
+            "line": _line(runs, index, theme),
+            "legendgroup": f"run {index}",
+        }
+        simulated, error = run_curves(run, signal, window=window, buckets=buckets)
+        figure.add_scatter(
+            **simulated,
             meta=plain(abridged(run.label)),
             hovertemplate=HOVER.replace("UNIT", quantity.unit),
             **style,
         )
-        draw(
-            time,
-            quantity.small * (simulated - measured),
+        figure.add_scatter(
+            **error,
             name=f"error, {plain(run.label)}",
             hovertemplate=HOVER_ERROR.replace("UNIT", quantity.small_unit),
             yaxis="y2",
             showlegend=False,
             **style,
         )
+
+
+def run_curves(
+    run: Run,
+    signal: str,
+    *,
+    window: tuple[float, float] | None = None,
+    buckets: int = BUCKETS,
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What changes of a model's two curves in `overlay` with its numbers: simulated, and error.
+
+    Parameters
+    ----------
+    run, signal, window, buckets : as of `overlay`; the recording has a time
+
+    Returns
+    -------
+    two dict : ``x``, ``y``, (m,) arrays, and of the first ``name``, as in a trace of plotly
+    """
+    measurement = run.file.measurement
+    quantity = shown(signal, static=measurement.static)
+    kept = within(measurement.time, window, 1)
+    time, simulated = measurement.time[kept], run.simulated(signal)[kept]
+    error = quantity.small * (simulated - measurement.signals[signal][kept])
+    of_signal, of_error = (
+        dict(zip("xy", envelope(time, curve, buckets), strict=True)) for curve in (simulated, error)
+    )
+    return of_signal | {"name": _label(run, signal, quantity)}, of_error
 
 
 def _draw_curves(

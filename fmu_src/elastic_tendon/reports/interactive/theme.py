@@ -2,7 +2,7 @@
 
 import html
 import textwrap
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import cache
 from typing import Any
 
@@ -113,6 +113,22 @@ DARK = Theme(
     diverging="RdBu_r",
 )
 THEMES = {theme.name: theme for theme in (LIGHT, DARK)}
+
+
+def light_by_dark() -> dict[str, str]:
+    """Colours of the light theme by those of the dark in small letters, for figures on paper.
+
+    One that the dark theme has in several places becomes what stands in the first of them.
+    """
+    dark, light = map(_colours, (DARK, LIGHT))
+    return {ours.lower(): theirs for ours, theirs in reversed([*zip(dark, light, strict=True)])}
+
+
+def _colours(theme: Theme) -> list[str]:
+    """All colours, in the order of the fields; scales, which are named, are the same in both."""
+    _, *values = astuple(theme)
+    every = (value if isinstance(value, tuple) else (value,) for value in values)
+    return [colour for colours in every for colour in colours if colour[:1] in "#r"]
 
 
 def noise_band(sigma: float, theme: Theme) -> dict[str, Any]:
