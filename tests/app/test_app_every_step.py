@@ -55,7 +55,8 @@ ON_PAPER = """height => {
       .map(one => `longer than a page: ${one.firstChild.id}`),
     ...shown("nav, button:not(.link, .dash-dropdown), section input[type=range], .drop, .modebar")
       .map(one => `of no use on paper: ${words(one)}`),
-    ...shown(".main-svg text:not(.bartext-inside)").filter(light).map(one => `too light: ${words(one)}`),
+    ...shown(".main-svg text:not(.bartext-inside)").filter(light)
+      .map(one => `too light: ${words(one)}`),
   ];
 }"""
 INK = "getComputedStyle(document.querySelector('#compare-overlay .xtick text')).fill"
