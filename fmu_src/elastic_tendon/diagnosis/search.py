@@ -92,6 +92,9 @@ class Search(Detours):
                 break
             self._follow_neighbours(np.inf)
         self._after_time()
+        added = self.answer.added
+        if self.work > MOST_WORK and added not in self.neighbours:
+            self.neighbours[added] = self._expected(added, self._neighbours(added))
 
     def _after_time(self) -> None:
         """Where so much was simulated that the search ends: refit a neighbour all the same that
@@ -101,7 +104,6 @@ class Search(Detours):
                 return
             added = self.answer.added
             shares = self._neighbours(added)
-            self.neighbours[added] = self._expected(added, shares)
             self.limit = self.work + AFFORDABLE
             if not self._half_gone(added, shares, np.inf):
                 return

@@ -111,8 +111,8 @@ def known(rival: Rival, start: float, like: Known | None = None) -> Known:
     variables, model = fit.problem.numbers(fit.vector), fit.model
     if like is not None:
         with suppress(ModelError):
-            variables = _alike(fit.problem.coordinates, variables, root[:count, :count], like)
-            model = fit.problem.coordinates.model(variables)
+            moved = _alike(fit.problem.coordinates, variables, root[:count, :count], like)
+            variables, model = moved, fit.problem.coordinates.model(moved)
     return Known(rival, root, variables, model, at_rest(model, start))
 
 
