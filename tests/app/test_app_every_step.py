@@ -44,8 +44,13 @@ ON_PAPER = """height => {
   const shown = selector => [...document.querySelectorAll(selector)].filter(
     one => one.checkVisibility() && one.getBoundingClientRect().width > 1);
   const words = one => one.textContent.trim().slice(0, 40) || one.id || one.className;
-  const light = one => getComputedStyle(one).fill.match(/\\d+/g).slice(0, 3)
-    .some(part => part > 150);
+  const light = one => { // as WCAG 2 has it
+    const [red, green, blue] = getComputedStyle(one).fill.match(/[\\d.]+/g).map(part => {
+      const share = part / 255;
+      return share <= 0.04045 ? share / 12.92 : ((share + 0.055) / 1.055) ** 2.4;
+    });
+    return 1.05 / (0.2126 * red + 0.7152 * green + 0.0722 * blue + 0.05) < 4.5;
+  };
   const cut = one => getComputedStyle(one).overflowX !== "visible"
     && one.scrollWidth > one.clientWidth + 1;
   return [
@@ -55,8 +60,7 @@ ON_PAPER = """height => {
       .map(one => `longer than a page: ${one.firstChild.id}`),
     ...shown("nav, button:not(.link, .dash-dropdown), section input[type=range], .drop, .modebar")
       .map(one => `of no use on paper: ${words(one)}`),
-    ...shown(".main-svg text:not(.bartext-inside)").filter(light)
-      .map(one => `too light: ${words(one)}`),
+    ...shown(".main-svg text").filter(light).map(one => `too light: ${words(one)}`),
   ];
 }"""
 INK = "getComputedStyle(document.querySelector('#compare-overlay .xtick text')).fill"
