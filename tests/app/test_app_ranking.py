@@ -9,6 +9,8 @@ from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.app import ranking, walk
 from elastic_tendon.app.document import Version, new_document
 from elastic_tendon.app.results import Compared
+from elastic_tendon.app.workspace import Cache
+from elastic_tendon.progress import silent
 from elastic_tendon.reports.first_screen import of_diagnosis
 from elastic_tendon.simulation.signature import signature
 from hand_made_diagnosis import COULOMB, friction_found
@@ -114,6 +116,12 @@ def test_the_picture_of_an_effect_names_its_machine_and_size() -> None:
     told = ranking.signature_words(signature(effects.BY_ID[COULOMB], MODEL))
     assert told.startswith("On biorob_x4_joint_3, typical: torque")
     assert told.endswith("N·m.")
+
+
+def test_an_effect_of_the_motor_is_pictured_where_a_torque_drives_it() -> None:
+    seen = Cache().obtain(walk.shows("motor_friction"), silent)
+    assert seen.difference > 0.0
+    assert seen.experiments[0] == "slow load, torque that would hold the motor"
 
 
 def test_a_try_says_whether_its_numbers_were_fitted() -> None:

@@ -24,7 +24,7 @@ from elastic_tendon.estimation.add import named_after
 from elastic_tendon.estimation.ladder import REFIT, FittedStep, Step, climb
 from elastic_tendon.native.library import library_path
 from elastic_tendon.progress import Progress, silent
-from elastic_tendon.simulation.signature import Signature, signature
+from elastic_tendon.simulation.signature import Signature, shown_on, signature
 
 SEARCHING = "finding which effect is missing"
 PROPOSING = "searching the experiment that decides"
@@ -180,9 +180,10 @@ def shows(effect_id: str) -> Result[Signature]:
     effect = effects.BY_ID[effect_id]
 
     def compute(_cache: Cache, progress: Progress) -> Signature:
-        library_path((effect_id,), progress=progress)
+        example = et.load_model(EXAMPLE)
+        library_path((effect_id,), shown_on(effect, example).kind, progress)
         progress(f"drawing how {effect.title} shows", 0.5)
-        return signature(effect, et.load_model(EXAMPLE))
+        return signature(effect, example)
 
     return Result(("shows", effect_id), f"drawing how {effect.title} shows", compute)
 

@@ -96,6 +96,11 @@ class Signature:
         return max(beside.difference for beside in (self.slow_loop, self.fast_loop, self.step))
 
 
+def shown_on(effect: Effect, example: Model) -> Model:
+    """The example at the interface at which an effect shows: a torque drives its rotor."""
+    return example if example.kind.has_slot(effect.slot) else example.at(InterfaceKind.TORQUE)
+
+
 def signature(effect: Effect, example: Model) -> Signature:
     """Run the experiments on a model without effects and on the same with one.
 
@@ -125,7 +130,7 @@ def signature(effect: Effect, example: Model) -> Signature:
 def _signature(effect: Effect, example: Model, times_typical: float) -> Signature:
     table = design(example)
     numbers = _numbers(effect, example, times_typical)
-    bare = example if example.kind.has_slot(effect.slot) else example.at(InterfaceKind.TORQUE)
+    bare = shown_on(effect, example)
     machines = (bare, bare.with_effect(effect.id, numbers))
     slow, fast, step = (
         [_record(machine, example, experiment) for machine in machines]
