@@ -404,3 +404,17 @@ def test_the_noise_of_a_load_is_noise_of_what_it_moves(plain, kind, moves):
     (note,) = (note for note in found.notes if "the load torque has noise of 0.1 N·m" in note)
     assert f"the simulated {moves} by" in note
     assert ("in windows of" in note) == model.kind.has_rotor
+
+
+def test_a_load_that_excites_all_frequencies_is_no_noise(plain):
+    rng = np.random.default_rng(9)
+    white = rng.standard_normal(len(TIME))
+    spectrum = np.fft.rfft(white)
+    spectrum[int(0.6 * len(spectrum)) :] = 0.0  # as of a generator behind a filter
+    model = GIVEN.at("position")
+    signals = {"joint_position": plain.signals["joint_position"]}
+    for excited in (white, np.fft.irfft(spectrum, len(TIME))):
+        recording = replace(plain, load_torque=excited, signals=signals)
+        assert torque_notes(model, [recording.for_model(model)], None, None) == []
+    cell = replace(plain, load_torque=plain.load_torque + 0.1 * white, signals=signals)
+    assert len(torque_notes(model, [cell.for_model(model)], None, None)) == 1
