@@ -1,10 +1,10 @@
 """An effect typed on the page: tried, kept, searched with, and never run unasked."""
 
 import builtins
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
-from threading import Event, Thread
+from threading import Event
 
 import pytest
 
@@ -21,6 +21,7 @@ from elastic_tendon.app.workspace import Cache, Failure, Workspace
 from elastic_tendon.effects import CATALOGUE
 from elastic_tendon.effects.registry import Registry
 from elastic_tendon.errors import EffectError
+from searched_session import served_session
 
 # counts how often a text was run in this process
 RAN = "import builtins; builtins.runs = getattr(builtins, 'runs', 0) + 1\n"
@@ -214,22 +215,13 @@ def test_the_command_that_comes_to_the_same_names_its_file() -> None:
 # ---- opening a session ---------------------------------------------------------------------------
 
 
-@contextmanager
-def served(document: Document, path: Path) -> Iterator[Served]:
+def served(document: Document, path: Path) -> AbstractContextManager[Served]:
     """The app with a session's file that another one wrote."""
     if not path.exists():
         file = open_session(path)
         file.begin(document, FILES)
         file.close()
-    file = open_session(path)
-    before = file.reopen()
-    assert before is not None
-    app = listen(before.document, before.files, kept=file)
-    Thread(target=app.run, daemon=True).start()
-    try:
-        yield app
-    finally:
-        app.close()
+    return served_session(open_session(path))
 
 
 def test_a_session_of_somebody_else_is_opened_without_running_it(

@@ -12,7 +12,7 @@ import pytest
 import elastic_tendon as et
 from elastic_tendon.actuator.parameters import parse_model
 from elastic_tendon.diagnosis.data import FEWER, MOST, data_of
-from elastic_tendon.diagnosis.windows import horizon_for, torque_notes
+from elastic_tendon.diagnosis.windows import horizon_for, input_notes
 from elastic_tendon.estimation.coordinates import free_parameters
 from elastic_tendon.estimation.problem import problem_of
 from elastic_tendon.estimation.segments import nearly_integrates
@@ -267,15 +267,15 @@ def test_windows_are_so_short_that_the_noise_of_the_torque_matters_little(plain)
     given = noisy.for_model(torque_driven_model)
     horizon = horizon_for(torque_driven_model, [given])
     assert 0.2 <= horizon < 1.0
-    (note,) = torque_notes(torque_driven_model, [given], None, horizon)
+    (note,) = input_notes(torque_driven_model, [given], None, horizon)
     assert "the motor torque has noise of 0.02 N·m" in note
     assert f"in windows of {horizon:.2g} s" in note
-    (note,) = torque_notes(torque_driven_model, [given], 2.0, 2.0)
+    (note,) = input_notes(torque_driven_model, [given], 2.0, 2.0)
     assert "Shorter windows drift less" in note
     for part, model in ((plain, torque_driven_model), (noisy, GIVEN)):
         shown = part.for_model(model)
         assert horizon_for(model, [shown]) is None
-        assert torque_notes(model, [shown], None, None) == []
+        assert input_notes(model, [shown], None, None) == []
 
 
 def test_a_noisy_motor_torque_hides_nothing_and_makes_nothing_up(plain):
@@ -387,16 +387,19 @@ def test_the_linear_model_has_the_rotor_or_what_the_joint_feels():
     assert slack.D[0, 2] == pytest.approx(-0.5 * stiffness)
 
 
+def with_noisy_load(clean, kind, sigma=0.1):
+    noise = sigma * np.random.default_rng(8).standard_normal(len(TIME))
+    measured = ("joint_position", "motor_torque")[: 2 if kind == "torque" else 1]
+    signals = {name: clean.signals[name] for name in measured}
+    return replace(clean, load_torque=clean.load_torque + noise, signals=signals)
+
+
 @pytest.mark.parametrize(
     ("kind", "moves"), [("torque", "motor drifts"), ("position", "joint moves")]
 )
 def test_the_noise_of_a_load_is_noise_of_what_it_moves(plain, kind, moves):
     model = GIVEN.at(kind)
-    noise = 0.1 * np.random.default_rng(8).standard_normal(len(TIME))
-    measured = ("joint_position", "motor_torque")[: 2 if model.kind.has_rotor else 1]
-    signals = {name: plain.signals[name] for name in measured}
-    noisy = replace(plain, load_torque=plain.load_torque + noise, signals=signals)
-    found = et.diagnose(model, noisy)
+    found = et.diagnose(model, with_noisy_load(plain, kind))
     assert found.verdict == "wrong_parameter"
     assert found.added == ()
     # of so short a recording the noise moves a joint on springs by a quarter more or less
@@ -406,15 +409,22 @@ def test_the_noise_of_a_load_is_noise_of_what_it_moves(plain, kind, moves):
     assert ("in windows of" in note) == model.kind.has_rotor
 
 
+def test_a_held_out_recording_has_the_noise_of_its_load_too(plain):
+    exact = with_noisy_load(plain, "position", 0.0)
+    data = data_of(GIVEN, [exact], [with_noisy_load(recording(TRUE, seed=6), "position")])
+    fitted, heldout = (
+        part.noise["joint_position"].sigma for (part,) in (data.fitted, data.heldout)
+    )
+    assert fitted == pytest.approx(NOISE, rel=0.2)
+    assert heldout > 10.0 * NOISE
+
+
 def test_a_load_that_excites_all_frequencies_is_no_noise(plain):
-    rng = np.random.default_rng(9)
-    white = rng.standard_normal(len(TIME))
+    white = np.random.default_rng(9).standard_normal(len(TIME))
     spectrum = np.fft.rfft(white)
     spectrum[int(0.6 * len(spectrum)) :] = 0.0  # as of a generator behind a filter
-    model = GIVEN.at("position")
-    signals = {"joint_position": plain.signals["joint_position"]}
+    cell = with_noisy_load(plain, "position")
+    assert len(input_notes(GIVEN, [cell.for_model(GIVEN)], None, None)) == 1
     for excited in (white, np.fft.irfft(spectrum, len(TIME))):
-        recording = replace(plain, load_torque=excited, signals=signals)
-        assert torque_notes(model, [recording.for_model(model)], None, None) == []
-    cell = replace(plain, load_torque=plain.load_torque + 0.1 * white, signals=signals)
-    assert len(torque_notes(model, [cell.for_model(model)], None, None)) == 1
+        recording = replace(cell, load_torque=excited).for_model(GIVEN)
+        assert input_notes(GIVEN, [recording], None, None) == []

@@ -184,7 +184,10 @@ def _clean(measurement: Measurement) -> Measurement:
 def _heldout(
     model: Model, measurement: Measurement, horizon: float | None
 ) -> tuple[Measurement, ...]:
-    """A held-out recording, in windows where its motor drifts."""
+    """A held-out recording with what the noise of its inputs does, in windows where its motor
+    drifts."""
+    if not measurement.kind.has_rotor:
+        return (_clean(with_drift(model, measurement, None)),)
     drifting = heldout_with_drift(model, measurement, horizon)
     if drifting is None:
         return (_clean(measurement),)

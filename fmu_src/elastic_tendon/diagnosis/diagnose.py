@@ -26,7 +26,7 @@ from elastic_tendon.diagnosis.rounds import answers_alike, round_at
 from elastic_tendon.diagnosis.search import Search
 from elastic_tendon.diagnosis.sets import Set, model_with
 from elastic_tendon.diagnosis.straight_inputs import STRAIGHT, with_straight_inputs
-from elastic_tendon.diagnosis.windows import horizon_for, torque_notes
+from elastic_tendon.diagnosis.windows import horizon_for, input_notes
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.estimation.ladder import REFIT
@@ -133,7 +133,7 @@ def _diagnosed(
     data = data_of(model, measurements, validation, options)
     looked_at = measurements if model.kind in AS_RECORDED else ()
     notes = [finding.sentence for finding in sign_errors(model, looked_at)]
-    notes += torque_notes(model, measurements, asked, options.horizon)
+    notes += input_notes(model, measurements, asked, options.horizon)
     recordings = (*measurements, *validation)
     notes += [f"{part.name}: {note}" for part in recordings for note in part.noise_notes]
     found = Found()

@@ -115,8 +115,8 @@ def _inertia(model: Model) -> float:
 
 def _share_felt(model: Model) -> float:
     """Of a torque that is given, what the rotor feels: effects may make it more or less."""
-    none, one = (
+    idle, driven = (
         contributed(model, Slot.MOTOR_TORQUE, Motor(0.0, 0.0, torque, load=0.0))
         for torque in (0.0, 1.0)
     )
-    return 1.0 + one - none
+    return 1.0 + driven - idle

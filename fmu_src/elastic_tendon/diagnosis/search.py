@@ -104,6 +104,7 @@ class Search(Detours):
                 return
             added = self.answer.added
             shares = self._neighbours(added)
+            self.neighbours[added] = self._expected(added, shares)
             self.limit = self.work + AFFORDABLE
             if not self._half_gone(added, shares, np.inf):
                 return

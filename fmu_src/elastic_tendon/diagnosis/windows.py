@@ -33,19 +33,22 @@ JOINT, MOTOR, LOAD = "joint_position", "motor_position", "load_torque"
 POSITIONS = (JOINT, MOTOR)
 # of inputs whose noise moves the machine
 UNITS = {"motor_torque": "N·m", LOAD: "N·m", JOINT: "rad"}
-LOAD_NOISE = 0.3  # standard deviation of noise beside that of a load, beyond which it is no noise
+# of the standard deviation of an input: below it is computed and not measured, above, and where it
+# is no noise alone, a load is meant to excite all frequencies
+EXACT, EXCITES = 1e-5, 0.3
 FEWEST = 20  # samples in a window
 # s of a window that is chosen, how many of a recording, and the share of the larger noise of both
 # encoders from which a drift is seen
 SHORTEST, MOST, HARDLY_SEEN = 0.2, 64, 0.5
 # windows of a recording that tell how far the motor drifts, and how often each at most
 LOOKED_AT, DRAWS = 16, 4
+BEGINNING = 20_000  # samples that tell as much of a joint on springs
 MATTERS = 0.1  # of an encoder's noise, from which a drift counts
 
 
 def horizon_for(model: Model, measurements: Sequence[Measurement]) -> float | None:
-    """Length of windows (s) in which the noise of the motor's torque does no more than that of the
-    encoders, or as short as windows may be; None where recordings are so as a whole.
+    """Length of windows (s) in which a rotor drifts by no more than the noise of the encoders, or
+    as short as windows may be; None where recordings are so as a whole.
 
     Parameters
     ----------
@@ -82,10 +85,10 @@ def heldout_with_drift(
     return _with_noise(measurement, _error_from_beginning(model, measurement, horizon))
 
 
-def torque_notes(
+def input_notes(
     model: Model, measurements: Sequence[Measurement], asked: float | None, horizon: float | None
 ) -> list[str]:
-    """Where the noise of inputs that move a rotor does more than that of the encoders.
+    """Where the noise of inputs moves the machine by more than the noise of its encoders.
 
     Parameters
     ----------
@@ -168,12 +171,17 @@ def _input_noise(measurement: Measurement) -> dict[str, float]:
     moving = tuple(UNITS) if kind.has_rotor else (LOAD,)
     inputs = {name: values for name, values in measurement.inputs.items() if name in moving}
     floors = noise_floors(measurement.time, {}, inputs)
-    found = {name: floor.sigma for name, floor in floors.items() if floor.sigma}
-    load = inputs.get(LOAD)
-    excites = load is not None and (LOAD_NOISE * np.std(load) < found.get(LOAD, 0.0))
-    if load is not None and (excites or not noise_stands_alone(load)):
-        found.pop(LOAD, None)
-    return found
+    return {
+        name: floors[name].sigma
+        for name, values in inputs.items()
+        if floors[name].sigma > EXACT * np.std(values)
+        if name != LOAD or _is_noise(values, floors[name].sigma)
+    }
+
+
+def _is_noise(load: Array, sigma: float) -> bool:
+    """Whether what a load has at high frequencies is noise, and not what it is meant to do."""
+    return sigma < EXCITES * float(np.std(load)) and noise_stands_alone(load)
 
 
 def _told_noises(measurement: Measurement) -> Iterator[str]:
@@ -188,7 +196,7 @@ def _matters(drift: Mapping[str, float], measurement: Measurement) -> bool:
 
 def _drift(model: Model, measurement: Measurement, horizon: float) -> dict[str, float]:
     """RMS by signal of what the noise of inputs leaves in windows of so many s, once their initial
-    states have followed; nothing where no torque drives the motor."""
+    states have followed; nothing where the inputs have none."""
     if not _input_noise(measurement):
         return {}
     return _rms(_left(model, *pair) for pair in _pairs(measurement, horizon))
@@ -210,10 +218,13 @@ def _error_from_beginning(
 def _pairs(measurement: Measurement, horizon: float) -> list[tuple[Measurement, Measurement]]:
     """Some windows, evenly spread, of what is simulated, and with as much noise of the inputs
     once more, several times where windows are few; the noise is the same each time."""
+    if not measurement.kind.has_rotor:  # the noise goes on as it began
+        measurement = measurement.samples(slice(BEGINNING))
     known = {name: floor.sigma for name, floor in measurement.noise.items()}
+    sigmas = _input_noise(measurement)
     pairs: list[tuple[Measurement, Measurement]] = []
     for seed in range(DRAWS):
-        parts = (measurement, _noisier(measurement, np.random.default_rng(seed)))
+        parts = (measurement, _noisier(measurement, sigmas, np.random.default_rng(seed)))
         calm = (replace(smoothed(part), given_noise=known) for part in parts)
         pairs += zip(*(_pieces(part, horizon) for part in calm), strict=True)
         if len(pairs) >= LOOKED_AT:
@@ -221,11 +232,13 @@ def _pairs(measurement: Measurement, horizon: float) -> list[tuple[Measurement, 
     return pairs[:: -(-len(pairs) // LOOKED_AT)]
 
 
-def _noisier(measurement: Measurement, random: np.random.Generator) -> Measurement:
-    """A recording with as much noise of its inputs once more."""
+def _noisier(
+    measurement: Measurement, sigmas: Mapping[str, float], random: np.random.Generator
+) -> Measurement:
+    """A recording with so much noise of its inputs once more."""
     inputs = {
         name: measurement.inputs[name] + sigma * random.standard_normal(len(measurement.time))
-        for name, sigma in _input_noise(measurement).items()
+        for name, sigma in sigmas.items()
     }
     load = inputs.pop(LOAD, measurement.load_torque)
     return replace(measurement, load_torque=load, driving={**measurement.driving, **inputs})
