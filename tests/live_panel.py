@@ -56,8 +56,7 @@ class Panel:
             self.settle()
             if (beyond := self.page.evaluate(BEYOND)) > 0:
                 found.append(f"{beyond} pixels beyond a window of {width}")
-            rules: dict[str, object] = {"type": "tag", "values": LEVEL_AA}
-            found += [f"at {width}, {fault}" for fault in violations(self.page, rules)]
+            found += [f"at {width}, {fault}" for fault in violations(self.page, LEVEL_AA)]
         return found
 
 

@@ -113,8 +113,7 @@ def faults_in_windows(walk: Walk) -> list[str]:
         except TimeoutError:
             found.append(f"a legend lies on its figure in a window of {size['width']}")
         found += [f"in a window of {size['width']}, {fault}" for fault in unread(walk.page)]
-    level = {"type": "tag", "values": LEVEL_AA}
-    found += [f"on a phone, {fault}" for fault in violations(walk.page, level)]
+    found += [f"on a phone, {fault}" for fault in violations(walk.page, LEVEL_AA)]
     walk.page.set_viewport_size(SIZE)
     walk.settle()
     return found

@@ -127,14 +127,14 @@ def take_part(chromium: Any, app: Served, folder: Path, text: str, recording: by
     from accessibility import LEVEL_AA, violations
     from app_driver import Walk
 
-    tab, level = Walk(chromium, app.url), {"type": "tag", "values": LEVEL_AA}
+    tab = Walk(chromium, app.url)
     tab.step("Which effect")
     tab.page.locator("#effect-experiment-words").filter(has_text=text).wait_for()
     tab.settle()
     words = tab.page.locator("#effect-experiment-figure .infolayer text").all_text_contents()
     assert any("difference" in text for text in words)
     handed_out = tab.save(tab.button("Download the experiment"), folder)
-    assert violations(tab.page, level) == []
+    assert violations(tab.page, LEVEL_AA) == []
 
     played = {"name": "played.csv", "mimeType": "text/csv", "buffer": recording}
     tab.page.locator("#effect-recording input[type=file]").set_input_files([played])
@@ -149,7 +149,7 @@ def take_part(chromium: Any, app: Served, folder: Path, text: str, recording: by
     tab.settle()
     tab.choose("Recording", "played.csv")
     tab.settle()
-    assert violations(tab.page, level) == []
+    assert violations(tab.page, LEVEL_AA) == []
     tab.close()
     assert tab.faults == []
     return handed_out

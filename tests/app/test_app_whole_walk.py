@@ -110,6 +110,6 @@ def test_from_a_hidden_effect_to_the_fmu_that_has_it(end: Walked) -> None:
 def test_the_report_can_be_read_and_reached_by_everybody(chromium: Browser, end: Walked) -> None:
     page = chromium.new_page(viewport=SIZE)
     page.goto(end.report.as_uri())
-    found = violations(page, {"type": "tag", "values": LEVEL_AA})
+    found = violations(page, LEVEL_AA)
     page.close()
     assert found == []

@@ -59,6 +59,29 @@ from elastic_tendon.progress import Progress
 if TYPE_CHECKING:
     from elastic_tendon.diagnosis.result import Round
 
+StepOption = Annotated[
+    bool, typer.Option("--step", help="Show each round and ask whether to go on.")
+]
+EveryOption = Annotated[
+    bool, typer.Option("--all-candidates", help="Show all candidates, not the likeliest only.")
+]
+ModelOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--save-model",
+        metavar="F.toml",
+        help="Write the improved model, and beside it F_learned.py if a term was learned.",
+    ),
+]
+ExperimentOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--next-experiment",
+        metavar="F.csv",
+        help="Write the motion to run next, where one would decide between answers.",
+    ),
+]
+
 
 @app.command()
 @reporting
@@ -106,28 +129,10 @@ def diagnose(
     time_limit: TimeLimitOption = None,
     own_effects: EffectOption = None,
     interface: InterfaceOption = None,
-    step: Annotated[
-        bool, typer.Option("--step", help="Show each round and ask whether to go on.")
-    ] = False,
-    every: Annotated[
-        bool, typer.Option("--all-candidates", help="Show all candidates, not the likeliest only.")
-    ] = False,
-    save_model: Annotated[
-        Path | None,
-        typer.Option(
-            "--save-model",
-            metavar="F.toml",
-            help="Write the improved model, and beside it F_learned.py if a term was learned.",
-        ),
-    ] = None,
-    experiment: Annotated[
-        Path | None,
-        typer.Option(
-            "--next-experiment",
-            metavar="F.csv",
-            help="Write the motion to run next, where one would decide between answers.",
-        ),
-    ] = None,
+    step: StepOption = False,
+    every: EveryOption = False,
+    save_model: ModelOption = None,
+    experiment: ExperimentOption = None,
     json_file: JsonOption = None,
     figures: FiguresOption = None,
     page: ReportOption = None,

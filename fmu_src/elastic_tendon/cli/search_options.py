@@ -42,7 +42,7 @@ HorizonOption = Annotated[
         "--horizon",
         metavar="S",
         help="Simulate windows of so many s, each from its own initial state. Without it "
-        "recordings are whole, unless the noise of a motor torque makes the motor drift.",
+        "recordings are whole, unless the noise of its inputs makes the motor drift.",
     ),
 ]
 TimeLimitOption = Annotated[
