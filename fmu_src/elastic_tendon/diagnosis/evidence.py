@@ -173,7 +173,10 @@ class Evidence:
 
     def _tells(self, part: Answer, answer: Answer) -> bool:
         """Whether held-out recordings, if not the fitted ones, tell what an answer has beside
-        another."""
+        another, and it is more than zeros or loads of their own."""
+        new = set(answer.added) - set(part.added)
+        if all(effects.BY_ID[effect_id].of_recording for effect_id in new):
+            return False
         before = self.heldout_square(part)
         return MUCH < before < np.inf and FAR_LESS * self.heldout_square(answer) < before
 

@@ -22,6 +22,9 @@ FEW, MANY, TOLERANCE = 3, 30, 1e-3
 ROUNDS = 10  # of few evaluations each, in which large errors come to count more and more
 EXPLAINED = 2.0  # mean square that a long move has to reach, and that a dear one need not lower
 TORN = 10.0  # rise of the fitted squares from which their initial states are fitted anew
+# share of a mean square error in the joint's position that its mean makes up where the machine was
+# zeroed anew, and least mean, in the noise's
+OF_ZERO, SEEN = 0.9, 3.0
 
 
 def heldout_errors(
@@ -32,7 +35,7 @@ def heldout_errors(
     The fitted recordings may hardly show a parameter on which others depend; that is no failure of
     the law. So parameters are fitted again to all recordings, and what that costs on the fitted
     ones counts as errors do: what the fit has determined stays. Each recording gives its initial
-    state on its first 0.1 s.
+    state on its first 0.1 s, and another zero of the joint where that is most of what is erred.
 
     Parameters
     ----------
@@ -65,6 +68,8 @@ def _judged(result: FitResult, recordings: Sequence[Measurement], hopeless: floa
     problem = replace(fitted, coordinates=coordinates, measurements=tuple(recordings))
     floors = tuple(map(noise_floors, recordings))
     try:
+        zeroed = _as_zeroed(recordings, problem.errors(problem.start(result.model)))
+        problem = replace(problem, measurements=zeroed)
         errors = stack(problem.errors(problem.start(result.model)), floors)
     except ElasticTendonError:
         return np.array([np.inf])
@@ -91,6 +96,23 @@ def _judged(result: FitResult, recordings: Sequence[Measurement], hopeless: floa
         if _square(found) < EXPLAINED * len(found):
             return min(best, found, key=_square)
     return best
+
+
+def _as_zeroed(
+    recordings: Sequence[Measurement], errors: Sequence[Mapping[str, Array]]
+) -> tuple[Measurement, ...]:
+    """Recordings as they would be with the joint's zero of the fitted ones, where little else is
+    erred: a machine that was zeroed anew is the same machine."""
+    names = [part.name for part in recordings]
+    found = []
+    for part, error in zip(recordings, errors, strict=True):
+        own = error.get("joint_position", np.zeros(1))
+        zero, least = float(np.mean(own)), SEEN * noise_floors(part).get("joint_position", np.inf)
+        if names.count(part.name) == 1 and abs(zero) > max(least, OF_ZERO**0.5 * rms(own)):
+            position = {"joint_position": part.signals["joint_position"] + zero}
+            part = replace(part, signals={**part.signals, **position})
+        found.append(part)
+    return tuple(found)
 
 
 def _moved(

@@ -10,6 +10,7 @@
 #include "compilers.h"
 #include "solver.h"
 
+#define MOST_ROWS (N_STATES > N_OUTPUTS ? N_STATES : N_OUTPUTS)
 #define LENGTH(directions) (N_STATES * (1 + (directions)))
 
 /* ---- inputs and right-hand side -------------------------------------------------------------- */
@@ -31,16 +32,29 @@ static void signal_rate(const Signal *signal, double t, double *u_rate) {
 }
 
 /* result = J[:, states] s + J[:, direction] for a sparse Jacobian by v; direction in v. A state's
- * own column is left out: a sensitivity to an initial state enters through s alone. */
-static void multiply(const Pattern *pattern, const double *nonzeros, const double *s, int direction,
-                     int rows, double *result) {
-  for (int i = 0; i < rows; i++) result[i] = 0.0;
+ * own column is left out: a sensitivity to an initial state enters through s alone. Inlined, as the
+ * pattern is known then and no index is looked up. */
+ALWAYS_INLINE void multiply(const Pattern *pattern, const double *nonzeros, const double *s,
+                            int direction, int rows, double *result) {
+  double sum[MOST_ROWS];
+  for (int i = 0; i < rows; i++) sum[i] = 0.0;
+#pragma GCC unroll 64
   for (int j = 0; j < N_STATES; j++)
+#pragma GCC unroll 64
     for (int k = pattern->columns[j]; k < pattern->columns[j + 1]; k++)
-      result[pattern->rows[k]] += nonzeros[k] * s[j];
+      sum[pattern->rows[k]] += nonzeros[k] * s[j];
+  for (int i = 0; i < rows; i++) result[i] = sum[i];
   if (direction < V_PARAMETERS) return;
   for (int k = pattern->columns[direction]; k < pattern->columns[direction + 1]; k++)
     result[pattern->rows[k]] += nonzeros[k];
+}
+
+/* Rates of every sensitivity. */
+NEVER_INLINE static void multiply_rates(const double *nonzeros, const int *direction,
+                                        const double *s, int m, double *result) {
+  for (int j = 0; j < m; j++)
+    multiply(&rates_jacobian_pattern, nonzeros, s + j * N_STATES, direction[j], N_STATES,
+             result + j * N_STATES);
 }
 
 /* What the right-hand side does not change within a step. As a local copy it cannot alias the
@@ -65,9 +79,7 @@ ALWAYS_INLINE void rates_at(const Frozen *frozen, const int *direction, double t
   if (m == 0) return;
   double nonzeros[N_RATES_JACOBIAN];
   model_rates_jacobian(y, u, frozen->p, frozen->mode, nonzeros);
-  for (int j = 1; j <= m; j++)
-    multiply(&rates_jacobian_pattern, nonzeros, y + j * N_STATES, direction[j - 1], N_STATES,
-             y_rate + j * N_STATES);
+  multiply_rates(nonzeros, direction, y + N_STATES, m, y_rate + N_STATES);
 }
 
 /* Squared error of the states in units of the tolerance, mean over the states. */

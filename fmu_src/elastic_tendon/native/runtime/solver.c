@@ -46,15 +46,19 @@ static double step_factor(double squared_error, int implicit) {
   return factor > 5.0 ? 5.0 : factor < 0.2 ? 0.2 : factor;
 }
 
-/* Largest modulus of the eigenvalues, from repeated squaring (Gelfand's formula). */
-static double spectral_radius(const double *matrix) {
+/* Largest modulus of the eigenvalues, from repeated squaring (Gelfand's formula); 0 where it shows
+ * early that it is less than `enough`. */
+static double spectral_radius(const double *matrix, double enough) {
   double a[N_STATES * N_STATES], b[N_STATES * N_STATES], log_radius = 0.0, power = 1.0;
+  const double log_enough = log(enough);
   memcpy(a, matrix, sizeof a);
   for (int squarings = 0; squarings < 6; squarings++) {
     double size = 0.0;
     for (int i = 0; i < N_STATES * N_STATES; i++) size = fmax(size, fabs(a[i]));
     if (!(size > 0)) return 0.0;
     log_radius += log(size) * power;
+    /* no eigenvalue of a matrix is larger than its largest entry times its rows */
+    if (log_radius + log(N_STATES) * power < log_enough) return 0.0;
     power /= 2;
     for (int i = 0; i < N_STATES * N_STATES; i++) a[i] /= size;
     for (int j = 0; j < N_STATES; j++)
@@ -68,10 +72,10 @@ static double spectral_radius(const double *matrix) {
   return exp(log_radius);
 }
 
-static double stiffness(Solver *s) {
+static double stiffness(Solver *s, double enough) {
   double jacobian[N_STATES * N_STATES];
   jacobian_at(s, s->motion.time, s->vector, jacobian);
-  return spectral_radius(jacobian);
+  return spectral_radius(jacobian, enough);
 }
 
 /* Choose the method for the next steps by step size times spectral radius: Dormand-Prince is
@@ -81,7 +85,7 @@ ALWAYS_INLINE void judge_stiffness(Solver *s, double h) {
   Motion *motion = &s->motion;
   motion->span += h;
   if (++motion->judged < STEPS_TO_JUDGE) return;
-  const double pace = stiffness(s) * motion->span / motion->judged;
+  const double pace = stiffness(s, 0.0) * motion->span / motion->judged;
   motion->implicit = motion->implicit ? pace > 5.0 : pace > 2.5;
   motion->judged = 0;
   motion->span = 0.0;
@@ -91,7 +95,7 @@ ALWAYS_INLINE void judge_stiffness(Solver *s, double h) {
  * unstable step, but its sensitivities, which do not choose the step, grow without bound. */
 ALWAYS_INLINE void keep_sensitivities_stable(Solver *s, double h) {
   Motion *motion = &s->motion;
-  if (motion->implicit || h * stiffness(s) <= 3.0) return;
+  if (motion->implicit || h * stiffness(s, 3.0 / h) <= 3.0) return;
   motion->implicit = 1;
   motion->judged = 0;
   motion->span = 0.0;
