@@ -19,11 +19,18 @@ from elastic_tendon.diagnosis.candidates import candidates
 from elastic_tendon.diagnosis.inputs import smoothed
 from elastic_tendon.diagnosis.motion import per_angle
 from elastic_tendon.diagnosis.options import Options
-from elastic_tendon.diagnosis.windows import FEWEST, heldout_with_drift, windows, with_drift
+from elastic_tendon.diagnosis.windows import (
+    FEWEST,
+    drift_of,
+    heldout_with_drift,
+    windows,
+    with_drift,
+)
 from elastic_tendon.errors import MeasurementError, SimulationError
 from elastic_tendon.estimation.add import check_apart
 from elastic_tendon.estimation.problem import TOLERANCE
 from elastic_tendon.measurement import Measurement
+from elastic_tendon.measurement.noise import NoiseFloor
 
 # samples of all recordings together up to which a search works on each, and of an excerpt of more
 MOST, FEWER = 7_500, 3_000
@@ -145,7 +152,10 @@ def data_of(
     options = options or Options()
     check_apart(measurements, validation)
     _check_signals(measurements, validation)
-    clean = tuple(_clean(with_drift(model, part, options.horizon)) for part in measurements)
+    bare = tuple(map(_clean, measurements))
+    # of means as of samples: what the noise of inputs moves is slow
+    drifts = [drift_of(model, part, options.horizon) for part in measurements]
+    clean = tuple(map(with_drift, bare, drifts))
     total = sum(len(part.time) for part in clean)
     motions = clean
     if any(part.static for part in clean):
@@ -153,7 +163,9 @@ def data_of(
     if total > MOST:
         count = max(STRETCHES // len(motions), 1)
         motions = tuple(
-            piece for part in motions for piece in _excerpt(model, part, FEWER / total, count)
+            with_drift(piece, drift)
+            for part, drift in zip(bare, drifts, strict=True)
+            for piece in _excerpt(model, _with_torque_noise(model, part), FEWER / total, count)
         )
     whole = windows(clean, options.horizon)
     idle = idle_effects(model)
@@ -187,7 +199,7 @@ def _heldout(
     """A held-out recording with what the noise of its inputs does, in windows where its motor
     drifts."""
     if not measurement.kind.has_rotor:
-        return (_clean(with_drift(model, measurement, None)),)
+        return (with_drift(_clean(measurement), drift_of(model, measurement, None)),)
     drifting = heldout_with_drift(model, measurement, horizon)
     if drifting is None:
         return (_clean(measurement),)
@@ -316,5 +328,14 @@ def _averaged(measurement: Measurement, count: int) -> Measurement:
         signals={name: mean(values) for name, values in measurement.signals.items()},
         load_torque=None if load is None else mean(load),
         driving={name: mean(values) for name, values in measurement.driving.items()},
-        given_noise={name: s / np.sqrt(count) for name, s in measurement.given_noise.items()},
+        given_noise={
+            name: _of_mean(measurement.noise[name], count) for name in measurement.given_noise
+        },
     )
+
+
+def _of_mean(noise: NoiseFloor, count: int) -> float:
+    """Standard deviation of the mean of so many neighbouring samples' noise."""
+    apart = np.arange(1, count)
+    together = 2.0 * float(np.sum((1.0 - apart / count) * noise.correlation**apart))
+    return noise.sigma * float(np.sqrt((1.0 + together) / count))

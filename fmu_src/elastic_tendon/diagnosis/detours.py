@@ -239,13 +239,15 @@ class Detours(Looks):
             return False
         sets = self._additions(added, self.data.rare)
         untried = [near for near in sets if near not in {*self.answers, *self.failures}]
+        half = FIRST * (1.0 + 1.0 / answer.mean_square)  # of what is left beside the noise
         if untried and all(map(self.screen.sees, (*added, *sets.values()))):
             own = self._own(added)
             found, _ = self.screen.combined(own, [sets[near] for near in untried], len(untried))
             self._keep(found.values())
-            # half of what is left beside the noise
-            half = FIRST * own.square * (1.0 + 1.0 / answer.mean_square)
-            untried = [near for near in untried if self._badness(near) < half]
+            untried = [near for near in untried if self._badness(near) < half * own.square]
+        elif self._dear(answer):
+            looks = self._looks(added, [sets[near] for near in untried])
+            untried = [near for near in untried if looks.get(near, 1.0) < half]
         self._refit(untried, "trying rare effects")
         most = HARDLY_MORE if answer.mean_square > MUCH else AT_NOISE
         elsewhere = max(HARDLY_MORE, self.evidence.heldout_square(answer))

@@ -40,6 +40,7 @@ from elastic_tendon.errors import ModelError, SimulationError
 from elastic_tendon.estimation.fit import ShareProgress
 from elastic_tendon.measurement import Measurement
 from elastic_tendon.progress import Progress, silent
+from elastic_tendon.simulation.work import Work, counted, enough
 
 SEED = 20130506
 DRAWN = 36  # motions drawn at random
@@ -137,7 +138,8 @@ def next_experiment(
     found: tuple[_Search, _Checked] | None = None
     for done, allowed in enumerate((limits, limits.widened())):
         search = _prepare(rivals, allowed)
-        best = _best(search, partial(_tell, progress, done))
+        with counted(Work()):
+            best = _best(search, partial(_tell, progress, done))
         if best is not None and (found is None or len(best.told) > len(found[1].told)):
             found = search, best
         if best is not None and len(best.told) == len(_pairs(rivals)):
@@ -219,7 +221,7 @@ def _best(search: _Search, progress: ShareProgress) -> "_Checked | None":
     for judged in _judge_many(search, lambda share: progress(0.8 * share)):
         if judged.separable:
             found.append(_as_often_as_it_takes(search, judged))
-            if len(found[-1].told) == len(judged.separable):
+            if len(found[-1].told) == len(judged.separable) or enough():
                 break
     progress(1.0)
     best = max(found, key=lambda checked: len(checked.told), default=None)
@@ -227,7 +229,7 @@ def _best(search: _Search, progress: ShareProgress) -> "_Checked | None":
 
 
 def _judge_many(search: _Search, progress: ShareProgress) -> list[_Judged]:
-    """The best of motions drawn at random, and of neighbours of these."""
+    """The best of motions drawn at random, and of neighbours of these, as far as work allows."""
     rng = np.random.default_rng(SEED)
     best: list[_Judged] = []
     for index in range(DRAWN):
@@ -235,7 +237,7 @@ def _judge_many(search: _Search, progress: ShareProgress) -> list[_Judged]:
         least = best[-1].worth if len(best) == KEPT else 0.0
         best += _judge(search, random_proposal(rng, search.limits), least)
         best = sorted(best, key=attrgetter("worth"), reverse=True)[:KEPT]
-        if best and best[0].decides:
+        if best and (best[0].decides or enough()):
             return best
     if not best or not best[0].separable:
         return best
@@ -244,6 +246,8 @@ def _judge_many(search: _Search, progress: ShareProgress) -> list[_Judged]:
         for place, kept in enumerate(best):
             for tried in _judge(search, neighbour(kept.proposal, rng, distance), kept.worth):
                 best[place] = max(kept, tried, key=attrgetter("worth"))
+            if enough():
+                break
     return sorted(best, key=attrgetter("worth"), reverse=True)
 
 
@@ -278,7 +282,7 @@ def _judge(search: _Search, proposal: Proposal, least: float) -> list[_Judged]:
 
     judged = _Judged(fitted, {pair: linear(pair) for pair in _pairs(predictions)})
     for pair in judged.separable:
-        if judged.worth <= least:
+        if judged.worth <= least or enough():
             break
         judged = _Judged(fitted, {**judged.left, pair: full(pair)})
     return [judged]

@@ -66,10 +66,14 @@ def windows(measurements: Iterable[Measurement], horizon: float | None) -> tuple
     return tuple(piece for part in measurements for piece in _pieces(part, horizon))
 
 
-def with_drift(model: Model, measurement: Measurement, horizon: float | None) -> Measurement:
-    """A recording that is fitted in windows of so many s, None: whole; its noise is that of the
-    whole, and what that of its inputs leaves once the initial states have followed."""
-    drift = _drift(model, measurement, horizon or np.inf)
+def drift_of(model: Model, measurement: Measurement, horizon: float | None) -> dict[str, float]:
+    """RMS by signal of what the noise of a recording's inputs leaves once initial states have
+    followed, fitted in windows of so many s, None: whole."""
+    return _drift(model, measurement, horizon or np.inf)
+
+
+def with_drift(measurement: Measurement, drift: Mapping[str, float]) -> Measurement:
+    """A recording whose noise is that of its signals and a drift, where that matters."""
     return _with_noise(measurement, drift) if _matters(drift, measurement) else measurement
 
 
