@@ -65,6 +65,15 @@ def test_sensitivities_of_two_effects(pair):
     assert_sensitivities_agree_with_differences(model, paths, DIFFERENCES)
 
 
+def test_a_spring_that_its_damper_slackens_may_have_a_tendon_that_does_not_stretch():
+    """The tendon became taut again at once, and so on without end."""
+    values = {"transmission.upper_spring.damping": 60.0, "transmission.lower_spring.damping": 60.0}
+    relaxing = {"stiffness": 6e4, "time_constant": 2e-3}
+    model = CROOKED.with_values(values).with_effect("spring_relaxation", relaxing)
+    both = measured(model.with_effect("tendon_compliance", None), tolerance=1e-11)
+    assert np.abs(both - measured(model, tolerance=1e-11)).max() < NULL_ERROR
+
+
 @pytest.mark.parametrize("pair", REFUSED, ids=name)
 def test_two_laws_of_the_same_are_refused(pair):
     with pytest.raises(ModelError, match="both laws of"):

@@ -202,7 +202,7 @@ def _strand(s: Symbols, name: str, side: _Side, length: Symbol, rate: Symbol) ->
         free = s.root(where(taut, law.elongation, law.static), law.elongation, 0.0)
         free_rate = law.rate_from(law.growth, free)
         known = ca.logic_or(taut, stretch.own)
-        if law.remembers and not side.in_series:
+        if law.remembers:
             known = ca.logic_or(known, _spans(s, name, side, law, stretch))
         driving = where(known, stretch.elongation, free), where(known, stretch.rate, free_rate)
         s.start |= {state: where(taut, at, free) for state, at in stretch.start.items()}

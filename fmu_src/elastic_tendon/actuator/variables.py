@@ -362,7 +362,7 @@ def _spring_modes(effects: tuple[Effect, ...]) -> tuple[Mode, ...]:
     spans = [
         Mode(f"{strand}.spans", f"the {strand[:5]} spring spans its slack tendon", 0.0)
         for strand in strands(effects)
-        if memory and not _has(effects, Slot.SERIES_ELEMENT)
+        if memory
     ]
     stretched = [
         Mode(
