@@ -1,6 +1,8 @@
 """Runs, gaps, rates and static curves: which recordings a file becomes."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -84,6 +86,23 @@ def test_jitter_is_used_as_it_stands(tmp_path: Path) -> None:
     (found,) = read_measurements(saved(tmp_path, table(time)))
     assert np.array_equal(found.time, time)
     assert any(note.startswith("sampled unevenly, every ") for note in found.notes)
+
+
+@pytest.mark.parametrize("to_stamps", [np.round, np.floor])
+def test_rounded_time_stamps_are_taken_as_even(
+    tmp_path: Path, to_stamps: Callable[[Any], Any]
+) -> None:
+    time = np.arange(600) / 120.0
+    (found,) = read_measurements(saved(tmp_path, table(to_stamps(1e3 * time) / 1e3)))
+    assert np.ptp(np.diff(found.time)) < 1e-9
+    assert np.abs(np.diff(found.time) - 1.0 / 120.0).max() < 1e-5
+    assert any("time stamps are rounded; taken as every 8.33" in note for note in found.notes)
+
+
+def test_steps_of_two_lengths_that_wander_are_used_as_they_stand(tmp_path: Path) -> None:
+    time = np.cumsum(np.random.default_rng(1).choice([0.008, 0.009], 600))
+    (found,) = read_measurements(saved(tmp_path, table(time)))
+    assert np.array_equal(found.time, time)
 
 
 def test_repeated_rows_are_dropped_with_a_note(tmp_path: Path) -> None:

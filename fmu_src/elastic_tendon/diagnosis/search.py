@@ -120,6 +120,8 @@ class Search(Detours):
         """
         if not self._at_noise():
             yield from self._first_answer()
+        if self.answer.added and not self._at_noise():
+            self._explained_by_rare()
         for _ in range(MOST_ROUNDS):
             self._follow_neighbours()
             yield

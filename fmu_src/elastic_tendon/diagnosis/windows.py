@@ -32,7 +32,7 @@ from elastic_tendon.measurement.noise import noise_floors
 JOINT, MOTOR, LOAD = "joint_position", "motor_position", "load_torque"
 POSITIONS = (JOINT, MOTOR)
 # of inputs whose noise moves the machine
-UNITS = {"motor_torque": "N·m", LOAD: "N·m", JOINT: "rad"}
+UNITS = {"motor_torque": "N·m", LOAD: "N·m", JOINT: "rad", MOTOR: "rad"}
 # of the standard deviation of an input: below it is computed and not measured, above, and where it
 # is no noise alone, a load is meant to excite all frequencies
 EXACT, EXCITES = 1e-5, 0.3
@@ -172,20 +172,20 @@ def _input_noise(measurement: Measurement) -> dict[str, float]:
     kind = measurement.kind
     if measurement.static or not kind.has_springs:
         return {}
-    moving = tuple(UNITS) if kind.has_rotor else (LOAD,)
+    moving = tuple(UNITS) if kind.has_rotor else (LOAD, MOTOR)
     inputs = {name: values for name, values in measurement.inputs.items() if name in moving}
     floors = noise_floors(measurement.time, {}, inputs)
     return {
         name: floors[name].sigma
         for name, values in inputs.items()
         if floors[name].sigma > EXACT * np.std(values)
-        if name != LOAD or _is_noise(values, floors[name].sigma)
+        if name not in (LOAD, MOTOR) or _is_noise(values, floors[name].sigma)
     }
 
 
-def _is_noise(load: Array, sigma: float) -> bool:
-    """Whether what a load has at high frequencies is noise, and not what it is meant to do."""
-    return sigma < EXCITES * float(np.std(load)) and noise_stands_alone(load)
+def _is_noise(values: Array, sigma: float) -> bool:
+    """Whether what an input has at high frequencies is noise, and not what it is meant to do."""
+    return sigma < EXCITES * float(np.std(values)) and noise_stands_alone(values)
 
 
 def _told_noises(measurement: Measurement) -> Iterator[str]:
@@ -245,7 +245,9 @@ def _noisier(
         for name, sigma in sigmas.items()
     }
     load = inputs.pop(LOAD, measurement.load_torque)
-    return replace(measurement, load_torque=load, driving={**measurement.driving, **inputs})
+    motor = inputs.pop(MOTOR, measurement.motor_position)
+    driving = {**measurement.driving, **inputs}
+    return replace(measurement, motor_position=motor, load_torque=load, driving=driving)
 
 
 def _left(model: Model, window: Measurement, noisy: Measurement) -> dict[str, Array]:

@@ -22,7 +22,15 @@ from elastic_tendon.measurement.recording import (
     window_text,
 )
 from elastic_tendon.measurement.rows import MAXIMUM_SAMPLES, Label, Run
-from elastic_tendon.measurement.tracks import Track, Tracks, common_time, on_one_clock, pieces
+from elastic_tendon.measurement.tracks import (
+    Array,
+    Track,
+    Tracks,
+    common_time,
+    evenly,
+    on_one_clock,
+    pieces,
+)
 from elastic_tendon.native.interpolation import AskedInterpolation
 
 # s between the samples of a static curve: the sweep is slow against every motion of a joint
@@ -219,6 +227,8 @@ def _of_piece(
     time, values = on_one_clock(part, reference, step)
     if len(time) < MINIMUM_SAMPLES:
         return None
+    if step is None:
+        time = evenly(time)
     shown = window_text(time[0], time[-1]) if run.cut or window is not None else ""
     preparation = _resolved_preparation(reading, run, window, columns)
     given_shifts = preparation.time_shift
@@ -232,7 +242,7 @@ def _of_piece(
         load_torque=values.pop("load_torque", None),
         signals=values,
         interpolation=reading.interpolation,
-        notes=(*reading.layout.notes, *_clock_notes(part, reference, step)),
+        notes=(*reading.layout.notes, *_clock_notes(part, reference, step, time)),
         preparation=preparation.model_copy(update={"time_shift": waiting}),
         source=reading.asked.path,
         motion=reading.layout.motion,
@@ -384,8 +394,10 @@ def _length(part: Tracks) -> float:
     return float(max(clock[-1] for clock in clocks) - min(clock[0] for clock in clocks))
 
 
-def _clock_notes(part: Tracks, reference: str, resample: float | None) -> tuple[str, ...]:
-    """What was averaged or interpolated, and whether the samples are uneven."""
+def _clock_notes(
+    part: Tracks, reference: str, resample: float | None, time: Array
+) -> tuple[str, ...]:
+    """What was averaged or interpolated, and whether samples are uneven; `time` as it is used."""
     clock = part[reference].time
     if resample is not None:
         return (f"resampled to steps of {resample * 1e3:g} ms",)
@@ -403,8 +415,9 @@ def _clock_notes(part: Tracks, reference: str, resample: float | None) -> tuple[
                 f"{reference}, every {usual * 1e3:.3g} ms"
             )
     if uneven:
-        notes.append(
-            f"sampled unevenly, every {steps.min() * 1e3:.3g} ms to {steps.max() * 1e3:.3g} ms, "
-            "and used as it stands"
-        )
+        between = f"every {steps.min() * 1e3:.3g} ms to {steps.max() * 1e3:.3g} ms"
+        used = "and used as it stands"
+        if np.ptp(np.diff(time)) < _EVEN * steps.min():
+            used = f"as its time stamps are rounded; taken as every {np.diff(time)[0] * 1e3:.4g} ms"
+        notes.append(f"sampled unevenly, {between}, {used}")
     return tuple(notes)

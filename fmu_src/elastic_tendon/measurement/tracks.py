@@ -21,6 +21,9 @@ _GAP = 10.0
 _USUAL_STEP = 0.9
 # grid points that the common time misses by rounding only
 _ROUNDING = 1e-6
+# steps that differ by less than this share are even; and how far from an even clock, in steps of
+# the rounding, stamps lie that were only rounded
+_EVEN, _ROUNDED = 0.01, 0.6
 
 
 @dataclass(frozen=True)
@@ -171,6 +174,23 @@ def on_one_clock(
         lowest, highest = ceil(first / step - _ROUNDING), floor(last / step + _ROUNDING)
         time = np.arange(lowest, highest + 1, dtype=np.float64) * step
     return time, {name: np.interp(time, track.time, track.values) for name, track in tracks.items()}
+
+
+def evenly(time: Array) -> Array:
+    """Times (n,) of samples that were taken evenly, where stamps were only rounded; else the same.
+
+    Then the steps have two lengths, one rounding apart, and no stamp is further than half of that
+    from an even clock.
+    """
+    steps = np.diff(time)
+    short, long = float(steps.min()), float(steps.max())
+    rounding = long - short
+    between = np.minimum(steps - short, long - steps)
+    if rounding <= _EVEN * long or float(between.max()) > _ROUNDING * long:
+        return time
+    number = np.arange(len(time), dtype=np.float64)
+    even = np.polynomial.Polynomial.fit(number, time, 1)(number)
+    return even if np.max(np.abs(time - even)) < _ROUNDED * rounding else time
 
 
 def _stepwise(tracks: Tracks, clock: Array) -> Tracks:
