@@ -257,6 +257,17 @@ class Detours(Looks):
                 self.refused[near] = RARE
         return self.answer is not answer
 
+    def _explained_at_once_by_rare(self) -> None:
+        """The same early, for one may spare a long search; what explains too little is forgotten,
+        so that nothing is built upon it."""
+        if self._at_noise() or not self.answer.added:
+            return
+        known = set(self.answers)
+        self._explained_by_rare()
+        for added in set(self.answers) - known:
+            if self.refused.get(added) == RARE:
+                del self.answers[added], self.refused[added]
+
     # ---- what an answer leaves ---------------------------------------------------------------
 
     def regressed(self, answer: Answer) -> Regression:

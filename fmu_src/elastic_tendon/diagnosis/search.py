@@ -120,8 +120,7 @@ class Search(Detours):
         """
         if not self._at_noise():
             yield from self._first_answer()
-        if self.answer.added and not self._at_noise():
-            self._explained_by_rare()
+        self._explained_at_once_by_rare()
         for _ in range(MOST_ROUNDS):
             self._follow_neighbours()
             yield
