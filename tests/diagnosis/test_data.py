@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from effects_at import searched_in_positions
 from elastic_tendon.actuator.parameters import load_model
@@ -126,6 +127,34 @@ def test_samples_closer_than_need_be_are_averaged() -> None:
     known = replace(fast, given_noise={"joint_position": NOISE})
     (found,) = data_of(GIVEN, [known], []).fitted
     assert found.noise["joint_position"].sigma == pytest.approx(NOISE / np.sqrt(count))
+
+
+def test_means_of_coloured_noise_have_more_of_it() -> None:
+    calm, step = recording(30_000, step=2.5e-4), 2.5e-4
+    random = np.random.default_rng(3).standard_normal(len(calm.time))
+    coloured = NOISE * np.sqrt(1.0 - 0.8**2) * lfilter([1.0], [1.0, -0.8], random)
+    signals = {"joint_position": calm.motor_position + coloured}
+    given = {"joint_position": NOISE}
+    for part in data_of(GIVEN, [replace(calm, signals=signals, given_noise=given)], []).fitted:
+        motion = np.interp(part.time, calm.time, calm.motor_position)
+        left = float(np.std(part.signals["joint_position"] - motion))
+        assert left > 2.0 * NOISE / np.sqrt(round((part.time[1] - part.time[0]) / step))
+        assert part.noise["joint_position"].sigma == pytest.approx(left, rel=0.1)
+
+
+@pytest.mark.parametrize(("noisy", "size"), [("motor_position", 0.02), ("load_torque", 0.5)])
+def test_means_have_all_of_what_the_noise_of_an_input_moves(noisy: str, size: float) -> None:
+    """A joint follows it slowly."""
+    calm = recording(30_000)
+    calm = replace(calm, load_torque=20.0 * calm.motor_position)
+    noise = size * np.random.default_rng(4).standard_normal(len(calm.time))
+    data = data_of(GIVEN, [replace(calm, **{noisy: getattr(calm, noisy) + noise})], [])
+    moved = np.sqrt(data.whole[0].noise["joint_position"].sigma ** 2 - NOISE**2)
+    assert moved > NOISE
+    for part, quiet in zip(data.fitted, data_of(GIVEN, [calm], []).fitted, strict=True):
+        own = quiet.noise["joint_position"].sigma
+        assert own < 0.7 * NOISE
+        assert part.noise["joint_position"].sigma == pytest.approx(np.hypot(own, moved), rel=0.1)
 
 
 def test_static_curves_stay_whole() -> None:

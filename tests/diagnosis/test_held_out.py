@@ -175,11 +175,23 @@ def test_a_model_that_cannot_follow_errs_without_end(right, fast) -> None:
 
 def test_nobody_errs_more_than_who_expects_the_mean(right, fast) -> None:
     (recording, *_) = fast
-    far = recording.signals["joint_position"] + 5.0  # rad
-    shifted = replace(recording, signals={"joint_position": far})
-    errors = heldout_errors(right, [shifted])
-    floor = noise_floors(shifted)["joint_position"]
+    far = -20.0 * recording.signals["joint_position"]
+    another = replace(recording, signals={"joint_position": far})
+    errors = heldout_errors(right, [another])
+    floor = noise_floors(another)["joint_position"]
     assert errors == pytest.approx((far - far.mean()) / floor)
+
+
+def test_a_machine_that_was_zeroed_anew_is_the_same_machine(right, fast) -> None:
+    """Unlike one whose encoder slips on the way."""
+    (recording, *_) = fast
+    measured = recording.signals["joint_position"]
+    slip = 0.012 * np.linspace(0.0, 2.0, len(measured))  # rad
+    zeroed, slipping = (
+        replace(recording, signals={"joint_position": measured + more}) for more in (0.012, slip)
+    )
+    assert mean_square(heldout_errors(right, [zeroed])) < 1.2
+    assert mean_square(heldout_errors(right, [slipping])) > 100.0
 
 
 def test_the_result_of_the_fit_stays_what_it_was(right, fast) -> None:

@@ -22,8 +22,8 @@ FEW, MANY, TOLERANCE = 3, 30, 1e-3
 ROUNDS = 10  # of few evaluations each, in which large errors come to count more and more
 EXPLAINED = 2.0  # mean square that a long move has to reach, and that a dear one need not lower
 TORN = 10.0  # rise of the fitted squares from which their initial states are fitted anew
-# share of a mean square error in the joint's position that its mean makes up where the machine was
-# zeroed anew, and least mean, in the noise's
+# share of a mean square error of the joint that its median makes up where the machine was
+# zeroed anew, and least median, in the noise's
 OF_ZERO, SEEN = 0.9, 3.0
 
 
@@ -107,7 +107,7 @@ def _as_zeroed(
     found = []
     for part, error in zip(recordings, errors, strict=True):
         own = error.get("joint_position", np.zeros(1))
-        zero, least = float(np.mean(own)), SEEN * noise_floors(part).get("joint_position", np.inf)
+        zero, least = float(np.median(own)), SEEN * noise_floors(part).get("joint_position", np.inf)
         if names.count(part.name) == 1 and abs(zero) > max(least, OF_ZERO**0.5 * rms(own)):
             position = {"joint_position": part.signals["joint_position"] + zero}
             part = replace(part, signals={**part.signals, **position})
