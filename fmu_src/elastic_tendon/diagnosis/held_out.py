@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from operator import is_not
 
 import numpy as np
 
@@ -68,9 +69,12 @@ def _judged(result: FitResult, recordings: Sequence[Measurement], hopeless: floa
     problem = replace(fitted, coordinates=coordinates, measurements=tuple(recordings))
     floors = tuple(map(noise_floors, recordings))
     try:
-        zeroed = _as_zeroed(recordings, problem.errors(problem.start(result.model)))
-        problem = replace(problem, measurements=zeroed)
-        errors = stack(problem.errors(problem.start(result.model)), floors)
+        first = problem.errors(problem.start(result.model))
+        zeroed = _as_zeroed(recordings, first)
+        if any(map(is_not, zeroed, recordings)):
+            problem = replace(problem, measurements=zeroed)
+            first = problem.errors(problem.start(result.model))
+        errors = stack(first, floors)
     except ElasticTendonError:
         return np.array([np.inf])
 

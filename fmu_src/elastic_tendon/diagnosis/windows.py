@@ -61,15 +61,15 @@ def horizon_for(model: Model, measurements: Sequence[Measurement]) -> float | No
 
 def windows(measurements: Iterable[Measurement], horizon: float | None) -> tuple[Measurement, ...]:
     """Recordings in windows of so many s, each with its own initial state; None: as they are."""
-    if horizon is None:
-        return tuple(measurements)
     return tuple(piece for part in measurements for piece in _pieces(part, horizon))
 
 
 def drift_of(model: Model, measurement: Measurement, horizon: float | None) -> dict[str, float]:
-    """RMS by signal of what the noise of a recording's inputs leaves once initial states have
-    followed, fitted in windows of so many s, None: whole."""
-    return _drift(model, measurement, horizon or np.inf)
+    """RMS by signal of what the noise of a recording's inputs leaves in windows of so many s, None:
+    in the whole, once initial states have followed; nothing where the inputs have none."""
+    if not _input_noise(measurement):
+        return {}
+    return _rms(_left(model, *pair) for pair in _pairs(measurement, horizon))
 
 
 def with_drift(measurement: Measurement, drift: Mapping[str, float]) -> Measurement:
@@ -83,7 +83,7 @@ def heldout_with_drift(
     """A held-out recording that is judged in windows of so many s, where the motor drifts; its
     noise is what a true model errs from an initial state that the first 0.1 s of each show. None
     where it is judged as a whole."""
-    drift = _drift(model, measurement, np.inf)
+    drift = drift_of(model, measurement, None)
     if horizon is None or not _matters(drift, measurement):
         return None
     return _with_noise(measurement, _error_from_beginning(model, measurement, horizon))
@@ -103,7 +103,7 @@ def input_notes(
     """
     notes = []
     for part in measurements:
-        drift = _drift(model, part, asked or np.inf)
+        drift = drift_of(model, part, asked)
         if all(size < part.noise[name].sigma for name, size in drift.items()):
             continue
         rotor = part.kind.has_rotor
@@ -140,15 +140,16 @@ def _horizon(model: Model, measurement: Measurement) -> float | None:
     horizon = whole
     while horizon >= 2.0 * shortest and any(
         size > max(measurement.noise[name].sigma, least)
-        for name, size in _drift(model, measurement, horizon).items()
+        for name, size in drift_of(model, measurement, horizon).items()
     ):
         horizon /= 2.0
     return horizon if horizon < whole else None
 
 
-def _pieces(measurement: Measurement, horizon: float) -> Iterator[Measurement]:
+def _pieces(measurement: Measurement, horizon: float | None) -> Iterator[Measurement]:
     """Windows of one recording; static curves stay whole."""
-    count = max(round(float(measurement.time[-1] - measurement.time[0]) / horizon), 1)
+    whole = float(measurement.time[-1] - measurement.time[0])
+    count = max(round(whole / (horizon or np.inf)), 1)
     if measurement.static or count == 1 or len(measurement.time) < FEWEST * count:
         yield measurement
         return
@@ -198,14 +199,6 @@ def _matters(drift: Mapping[str, float], measurement: Measurement) -> bool:
     return any(size >= MATTERS * measurement.noise[name].sigma for name, size in drift.items())
 
 
-def _drift(model: Model, measurement: Measurement, horizon: float) -> dict[str, float]:
-    """RMS by signal of what the noise of inputs leaves in windows of so many s, once their initial
-    states have followed; nothing where the inputs have none."""
-    if not _input_noise(measurement):
-        return {}
-    return _rms(_left(model, *pair) for pair in _pairs(measurement, horizon))
-
-
 def _error_from_beginning(
     model: Model, measurement: Measurement, horizon: float
 ) -> dict[str, float]:
@@ -219,7 +212,9 @@ def _error_from_beginning(
     }
 
 
-def _pairs(measurement: Measurement, horizon: float) -> list[tuple[Measurement, Measurement]]:
+def _pairs(
+    measurement: Measurement, horizon: float | None
+) -> list[tuple[Measurement, Measurement]]:
     """Some windows, evenly spread, of what is simulated, and with as much noise of the inputs
     once more, several times where windows are few; the noise is the same each time."""
     if not measurement.kind.has_rotor:  # the noise goes on as it began
