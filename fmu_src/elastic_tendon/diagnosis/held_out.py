@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from operator import is_not
 
 import numpy as np
 
@@ -36,7 +35,8 @@ def heldout_errors(
     The fitted recordings may hardly show a parameter on which others depend; that is no failure of
     the law. So parameters are fitted again to all recordings, and what that costs on the fitted
     ones counts as errors do: what the fit has determined stays. Each recording gives its initial
-    state on its first 0.1 s, and another zero of the joint where that is most of what is erred.
+    state on its first 0.1 s and, where the fitted ones are explained, another zero of the joint if
+    that is most of what is erred.
 
     Parameters
     ----------
@@ -68,10 +68,11 @@ def _judged(result: FitResult, recordings: Sequence[Measurement], hopeless: floa
     coordinates = fitted.coordinates.with_recordings([part.name for part in recordings])
     problem = replace(fitted, coordinates=coordinates, measurements=tuple(recordings))
     floors = tuple(map(noise_floors, recordings))
+    left = fitted.mean_square(result.vector)
     try:
         first = problem.errors(problem.start(result.model))
-        zeroed = _as_zeroed(recordings, first)
-        if any(map(is_not, zeroed, recordings)):
+        if left < EXPLAINED:  # else the fitted ones may err as much for their own zero
+            zeroed = _as_zeroed(recordings, first)
             problem = replace(problem, measurements=zeroed)
             first = problem.errors(problem.start(result.model))
         errors = stack(first, floors)
@@ -90,8 +91,7 @@ def _judged(result: FitResult, recordings: Sequence[Measurement], hopeless: floa
     best = min(errors, met({}, 1, FEW), key=_square)
     # thousands of samples tell a hundredth of the noise, so even these are met as well as can be
     dear = worked() * MANY / FEW > AFFORDABLE
-    far = result.problem.mean_square(result.vector) >= hopeless
-    if far or (dear and _square(best) < EXPLAINED * len(best)):
+    if left >= hopeless or (dear and _square(best) < EXPLAINED * len(best)):
         return best
     shown = stops_shown(result.model, result.problem.measurements, recordings)
     ways = [({}, 1, MANY), *((stops, 1, MANY) for stops in shown), ({}, ROUNDS, FEW)]
