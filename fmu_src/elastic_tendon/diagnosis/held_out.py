@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from operator import is_not
 
 import numpy as np
 
@@ -73,8 +74,9 @@ def _judged(result: FitResult, recordings: Sequence[Measurement], hopeless: floa
         first = problem.errors(problem.start(result.model))
         if left < EXPLAINED:  # else the fitted ones may err as much for their own zero
             zeroed = _as_zeroed(recordings, first)
-            problem = replace(problem, measurements=zeroed)
-            first = problem.errors(problem.start(result.model))
+            if any(map(is_not, zeroed, recordings)):
+                problem = replace(problem, measurements=zeroed)
+                first = problem.errors(problem.start(result.model))
         errors = stack(first, floors)
     except ElasticTendonError:
         return np.array([np.inf])

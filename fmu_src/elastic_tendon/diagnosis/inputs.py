@@ -14,6 +14,7 @@ from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from elastic_tendon.comparison.residuals import Array, rms
 from elastic_tendon.measurement import Measurement
+from elastic_tendon.measurement.noise import is_even
 
 NOISY = 0.5  # from this share of the highest frequency on the motor does not move
 NEIGHBOURS = 25  # frequencies over which power is averaged
@@ -31,9 +32,8 @@ def smoothed(measurement: Measurement) -> Measurement:
 
     Evenly sampled recordings only; others, short ones and static curves come back as they are.
     """
-    steps = np.diff(measurement.time)
-    even = float(np.ptp(steps)) < 0.01 * float(np.mean(steps))
-    if measurement.static or len(steps) < FEWEST or not even:
+    time = measurement.time
+    if measurement.static or len(time) <= FEWEST or not is_even(time):
         return measurement
     return replace(
         measurement,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.columns import Column, Layout
+from elastic_tendon.measurement.noise import is_even
 from elastic_tendon.measurement.preparation import (
     Preparation,
     SignalColumn,
@@ -417,7 +418,7 @@ def _clock_notes(
     if uneven:
         between = f"every {steps.min() * 1e3:.3g} ms to {steps.max() * 1e3:.3g} ms"
         used = "and used as it stands"
-        if np.ptp(np.diff(time)) < _EVEN * steps.min():
+        if is_even(time):
             used = f"as its time stamps are rounded; taken as every {np.diff(time)[0] * 1e3:.4g} ms"
         notes.append(f"sampled unevenly, {between}, {used}")
     return tuple(notes)

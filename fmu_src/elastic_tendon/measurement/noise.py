@@ -133,7 +133,7 @@ def noise_floors(
     dict, name of a signal -> NoiseFloor
     """
     period = None
-    if _is_even(time):
+    if is_even(time):
         sigmas = {
             name: _from_high_frequencies(time, values).sigma for name, values in inputs.items()
         }
@@ -141,7 +141,8 @@ def noise_floors(
     return {name: _noise_floor(time, values, period) for name, values in signals.items()}
 
 
-def _is_even(time: Array) -> bool:
+def is_even(time: Array) -> bool:
+    """Whether the steps of times (n,), n >= 2, differ by no more than an even clock's jitter."""
     mean_step = (time[-1] - time[0]) / (len(time) - 1)
     return bool(np.ptp(np.diff(time)) <= _JITTER * mean_step)
 
@@ -196,7 +197,7 @@ def _smallest(signal: Array) -> float:
 def _from_high_frequencies(time: Array, signal: Array) -> SpectralNoise:
     """Noise, in the unit of the signal, and its correlation from sample to sample."""
     centred = np.asarray(signal - np.mean(signal), dtype=np.float64)
-    even = _is_even(time)
+    even = is_even(time)
     if len(centred) < MINIMUM_SAMPLES or not (even or _is_near_even(time)):
         return SpectralNoise(_difference_sigma(time, centred))
     step = quantisation_step(centred)

@@ -13,6 +13,8 @@ from math import ceil, floor
 import numpy as np
 from numpy.typing import NDArray
 
+from elastic_tendon.measurement.noise import is_even
+
 Array = NDArray[np.float64]
 Tracks = Mapping[str, "Track"]
 
@@ -21,9 +23,8 @@ _GAP = 10.0
 _USUAL_STEP = 0.9
 # grid points that the common time misses by rounding only
 _ROUNDING = 1e-6
-# steps that differ by less than this share are even; and how far from an even clock, in steps of
-# the rounding, stamps lie that were only rounded
-_EVEN, _ROUNDED = 0.01, 0.6
+# how far from an even clock, in steps of the rounding, stamps lie that were only rounded
+_ROUNDED = 0.6
 
 
 @dataclass(frozen=True)
@@ -186,7 +187,7 @@ def evenly(time: Array) -> Array:
     short, long = float(steps.min()), float(steps.max())
     rounding = long - short
     between = np.minimum(steps - short, long - steps)
-    if rounding <= _EVEN * long or float(between.max()) > _ROUNDING * long:
+    if is_even(time) or float(between.max()) > _ROUNDING * long:
         return time
     number = np.arange(len(time), dtype=np.float64)
     even = np.polynomial.Polynomial.fit(number, time, 1)(number)
