@@ -56,6 +56,24 @@ def test_where_much_is_left_sets_that_were_passed_by_are_grown(monkeypatch) -> N
     assert not search._better_detour()
 
 
+def test_a_rare_effect_is_found_early_or_leaves_no_trace(monkeypatch) -> None:
+    search = begun(typical_model(*GRAVITY).with_effect("cubic_damping", {"coefficient": 0.02}))
+    search._refit([GRAVITY], "refitting")
+    known = dict(search.answers)
+    assert not search._at_noise()
+    search._explained_at_once_by_rare()
+    both = in_order((*GRAVITY, "cubic_damping"))
+    assert search.answer.added == both
+    assert search._at_noise()
+    # where it leaves more than a rare one may, nothing is built upon it
+    search.answers = known
+    monkeypatch.setattr(detours, "HARDLY_MORE", 0.0)
+    monkeypatch.setattr(detours, "AT_NOISE", 0.0)
+    search._explained_at_once_by_rare()
+    assert set(search.answers) == {(), GRAVITY}
+    assert search.refused == {}
+
+
 def test_two_effects_are_found_at_once() -> None:
     """An eccentricity whose error is not zero where the motor's position is zero."""
     truth = typical_model().with_effect("pulley_eccentricity", ECCENTRIC)
