@@ -1,6 +1,9 @@
 """What speaks against an answer, and what is the best then."""
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from begun_search import COULOMB, DRAG, GRAVITY, begun
 from elastic_tendon.diagnosis import doubts as doubting
@@ -44,6 +47,23 @@ def test_what_explains_nearly_all_is_no_chance_wherever_it_shows(monkeypatch) ->
     assert not search._fades_in_time()
     monkeypatch.setattr(doubting, "BEYOND_CHANCE", 1.01 * gain)
     assert search._fades_in_time()
+
+
+@pytest.mark.parametrize(("heldout", "doubted"), [(1.0, False), (2.0, True)])
+def test_what_held_out_recordings_do_not_reach_is_judged_by_the_fitted_ones(
+    monkeypatch, heldout: float, doubted: bool
+) -> None:
+    search = begun(typical_model(*GRAVITY), *GRAVITY)
+    search._refit([GRAVITY], "refitting")
+    answer = search.answers[GRAVITY]
+    assert answer.mean_square < MUCH
+    monkeypatch.setattr(search, "data", replace(search.data, heldout=search.data.fitted))
+    monkeypatch.setattr(search.evidence, "heldout_square", lambda _answer: heldout)
+    monkeypatch.setattr(search.evidence, "heldout_errors", lambda _answer: np.ones(9))
+    monkeypatch.setattr(doubting, "significance", lambda *_asked: 0.4)
+    monkeypatch.setattr(doubting, "heldout_significance", lambda *_asked: 0.5)
+    monkeypatch.setattr(doubting, "heldout_worse", lambda *_asked: False)
+    assert (search._doubt(answer, *GRAVITY) is not None) == doubted
 
 
 def test_an_effect_that_the_screen_does_not_miss_is_refitted_without() -> None:

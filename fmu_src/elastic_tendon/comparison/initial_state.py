@@ -58,7 +58,7 @@ def estimate_initial_state(
     ------
     SimulationError : the solver could not go on
     """
-    own = model.own(measurement.name) if own is None else own
+    own = model.own(measurement.recording) if own is None else own
     if own:
         held = InitialState(own=own).model(model)
         return replace(estimate_initial_state(held, measurement, {}), own=own)

@@ -156,7 +156,7 @@ def _improved(answer: Answer, heldout: Comparison | None) -> Model:
     if not result.problem.coordinates.of_recording or heldout is None:
         return improved
     return improved.with_recordings(
-        {file.measurement.name: file.initial_state.own for file in heldout.files}
+        {file.measurement.recording: file.initial_state.own for file in heldout.files}
     )
 
 

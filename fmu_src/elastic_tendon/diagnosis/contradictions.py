@@ -36,7 +36,7 @@ def contradictions(
     """
     groups: dict[str, list[Measurement]] = {}
     for part in recordings:
-        groups.setdefault(part.name, []).append(part)
+        groups.setdefault(part.recording, []).append(part)
     if len(groups) < 2:
         return dict.fromkeys(groups, ())
     words = "comparing recordings with one another"

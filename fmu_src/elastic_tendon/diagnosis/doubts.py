@@ -19,12 +19,14 @@ from elastic_tendon.diagnosis.cross_validation import Tasks, crossed_squares, me
 from elastic_tendon.diagnosis.evidence import (
     FADES,
     FADES_IN_TIME,
+    HELDOUT_AT_NOISE,
     LASTING,
     MUCH,
     SURELY,
     WORSE_ELSEWHERE,
     explained,
 )
+from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING
 from elastic_tendon.diagnosis.likeliest_sets import LikeliestSets
 from elastic_tendon.diagnosis.sets import Set, simpler, without
 from elastic_tendon.diagnosis.significance import (
@@ -194,6 +196,10 @@ class Doubts(LikeliestSets):
         gain, sure = before.mean_square / left, SURELY
         if self.data.heldout:
             squares = [self.evidence.heldout_square(part) for part in (before, answer)]
+            # a stop may be reached in the fitted ones only
+            unreached = max(squares) <= HELDOUT_AT_NOISE
+            if unreached and left <= MUCH and gain > OVERWHELMING**2:
+                return None
             gain, sure = squares[0] / squares[1], SURELY_HELDOUT
             if left <= MUCH and squares[1] < CONVINCING * squares[0]:
                 return None

@@ -66,7 +66,7 @@ def _about_mean(recordings: Sequence[Measurement]) -> Array:
 
 def _judged(result: FitResult, recordings: Sequence[Measurement], hopeless: float) -> Array:
     fitted = result.problem
-    coordinates = fitted.coordinates.with_recordings([part.name for part in recordings])
+    coordinates = fitted.coordinates.with_recordings([part.recording for part in recordings])
     problem = replace(fitted, coordinates=coordinates, measurements=tuple(recordings))
     floors = tuple(map(noise_floors, recordings))
     left = fitted.mean_square(result.vector)
@@ -109,12 +109,12 @@ def _as_zeroed(
 ) -> tuple[Measurement, ...]:
     """Recordings as they would be with the joint's zero of the fitted ones, where little else is
     erred: a machine that was zeroed anew is the same machine."""
-    names = [part.name for part in recordings]
+    names = [part.recording for part in recordings]
     found = []
     for part, error in zip(recordings, errors, strict=True):
         own = error.get("joint_position", np.zeros(1))
         zero, least = float(np.median(own)), SEEN * noise_floors(part).get("joint_position", np.inf)
-        if names.count(part.name) == 1 and abs(zero) > max(least, OF_ZERO**0.5 * rms(own)):
+        if names.count(part.recording) == 1 and abs(zero) > max(least, OF_ZERO**0.5 * rms(own)):
             position = {"joint_position": part.signals["joint_position"] + zero}
             part = replace(part, signals={**part.signals, **position})
         found.append(part)

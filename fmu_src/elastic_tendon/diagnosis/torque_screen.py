@@ -195,7 +195,7 @@ class Screen:
                 for part in self.recordings
             ]
         )
-        names = [part.name for part in self.measurements]
+        names = [part.recording for part in self.measurements]
         self._parts = list(zip(self.recordings, self.whiteners, names, strict=True))
         self._kept: dict[str, list[dict[str, float]]] = {}
         self._known: tuple[Estimate, Around] | None = None

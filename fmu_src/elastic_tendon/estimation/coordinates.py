@@ -92,10 +92,10 @@ class Coordinates:
         Springs that are used in a part of their range may be curved as much there: a cubic
         stiffness is uncertain by no less than what doubles their force where they were.
 
-        Recordings with names of their own each have their own zeros.
+        Recordings each have their own zeros; pieces of one share them.
         """
         declared = declared_quantities(given)
-        recordings = tuple(dict.fromkeys(part.name for part in measurements))
+        recordings = tuple(dict.fromkeys(part.recording for part in measurements))
         own = [path for path in paths if declared[path].of_recording]
         further = [(path, name) for name in recordings[1:] for path in own]
         every = [*paths, *starmap(own_path, further)]

@@ -81,7 +81,7 @@ class Problem:
         values = model.values()
         states = [self.begun(model, measurement) for measurement in self.measurements]
         for part, state in zip(self.measurements, states, strict=True):
-            values |= {own_path(path, part.name): value for path, value in state.own.items()}
+            values |= {own_path(path, part.recording): value for path, value in state.own.items()}
         paths = self.coordinates.paths
         free = np.array([values.get(path, values[parameter_of(path)]) for path in paths])
         return np.concatenate(
@@ -99,7 +99,7 @@ class Problem:
         """
         coordinates = self.coordinates
         state = estimate_initial_state(model, measurement)
-        known = state.own or measurement.name == coordinates.recordings[0]
+        known = state.own or measurement.recording == coordinates.recordings[0]
         if known or not coordinates.of_recording:
             return state
         found = sensitivity(model, measurement, state, coordinates.of_recording, self.tolerance)
@@ -157,7 +157,9 @@ class Problem:
         states = vector[len(self.coordinates.paths) :].reshape(len(self.measurements), self.states)
         numbers = self.numbers(vector)
         return [
-            replace(InitialState.of(self.kind, row), own=self.coordinates.own(numbers, part.name))
+            replace(
+                InitialState.of(self.kind, row), own=self.coordinates.own(numbers, part.recording)
+            )
             for row, part in zip(states, self.measurements, strict=True)
         ]
 
@@ -250,7 +252,7 @@ class Problem:
             slopes = slopes_beyond_rounding(found.derivatives, found.residuals, measurement)
             own = stack([slopes], [sigmas[index]])
             block = np.zeros((len(own), count + self.states * len(self.measurements)))
-            block[:, :count] = self.coordinates.columns(own[:, : len(paths)], measurement.name)
+            block[:, :count] = self.coordinates.columns(own[:, : len(paths)], measurement.recording)
             first = count + self.states * index
             block[:, first : first + self.states] = own[:, len(paths) :]
             if measurement.static:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.measurement.columns import Column, Layout
 from elastic_tendon.measurement.noise import is_even
+from elastic_tendon.measurement.outliers import without_spikes, without_standing
 from elastic_tendon.measurement.preparation import (
     Preparation,
     SignalColumn,
@@ -148,7 +149,9 @@ def _measurements(reading: Reading, run: Run) -> list[Measurement]:
     if reading.layout.static:
         return [_static_measurement(reading, run, name, tracks, columns, notes)]
     measurements, left_out = [], []
-    parts = pieces(tracks, reading.preparation.resample)
+    whole, lost, lost_notes = without_standing(tracks)
+    notes += lost_notes
+    parts = pieces(whole, reading.preparation.resample, lost)
     for part, window in parts:
         measurement = _of_piece(reading, run, name, part, window, columns)
         if measurement is None:
@@ -159,8 +162,10 @@ def _measurements(reading: Reading, run: Run) -> list[Measurement]:
         raise _nothing_in_common(name, tracks)
     if len(parts) > 1:
         notes += _gap_notes(measurements, left_out, reading.preparation.resample)
+    recording = name + reading.asked.suffix(reading.preparation) if len(parts) > 1 else ""
     return [
-        replace(measurement, notes=(*measurement.notes, *notes)) for measurement in measurements
+        replace(measurement, whole=recording, notes=(*measurement.notes, *notes))
+        for measurement in measurements
     ]
 
 
@@ -225,6 +230,7 @@ def _of_piece(
         )
     if step is not None:
         _check_not_finer(part[reference], reference, step, name)
+    part, spike_notes = without_spikes(part)
     time, values = on_one_clock(part, reference, step)
     if len(time) < MINIMUM_SAMPLES:
         return None
@@ -243,7 +249,11 @@ def _of_piece(
         load_torque=values.pop("load_torque", None),
         signals=values,
         interpolation=reading.interpolation,
-        notes=(*reading.layout.notes, *_clock_notes(part, reference, step, time)),
+        notes=(
+            *reading.layout.notes,
+            *_clock_notes(part, reference, step, time),
+            *spike_notes,
+        ),
         preparation=preparation.model_copy(update={"time_shift": waiting}),
         source=reading.asked.path,
         motion=reading.layout.motion,

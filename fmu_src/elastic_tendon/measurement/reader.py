@@ -17,7 +17,7 @@ from elastic_tendon.measurement.formats import Source, open_source
 from elastic_tendon.measurement.formats.base import label
 from elastic_tendon.measurement.options import DEFAULT, ReadOptions
 from elastic_tendon.measurement.preparation import Preparation, read_preparations
-from elastic_tendon.measurement.recording import Measurement, window_text
+from elastic_tendon.measurement.recording import Measurement, joined, window_text
 from elastic_tendon.measurement.rows import read_runs
 from elastic_tendon.native.interpolation import AskedInterpolation
 from elastic_tendon.progress import Progress, silent
@@ -58,11 +58,11 @@ def read(
 
     Returns
     -------
-    Measurement; SI units
+    Measurement; SI units. Where it has gaps, its `cuts` say where they are
 
     Raises
     ------
-    MeasurementError : the data cannot be used, or hold several recordings
+    MeasurementError : the data cannot be used, or hold several runs
     """
     if isinstance(map, Mapping):
         mapping = tuple(f"{signal}={column}" for signal, column in map.items())
@@ -103,6 +103,8 @@ def read_measurement(data: str, options: ReadOptions = DEFAULT) -> Measurement:
 
 def _only(measurements: Sequence[Measurement], data: str) -> Measurement:
     """The one recording that was read."""
+    if measurements[0].whole and len({piece.recording for piece in measurements}) == 1:
+        return joined(measurements)
     if len(measurements) > 1:
         names = ", ".join(recording.name for recording in measurements[:_MOST_NAMES])
         raise MeasurementError(

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -100,6 +101,9 @@ class Measurement(Result):
     motor_share : of the motor position in a joint position that was not measured itself, see
         `with_joint_position`; None: it was
     motion : whether what was recorded turns or slides; None: no unit says so, and the model does
+    cuts : times, s, across which nothing connects, as in gaps: where recordings are compared,
+        fitted and diagnosed, the pieces between them have an initial state each, see `pieces`
+    whole : name of the recording of which this is a piece; "" where it is none
     """
 
     time: Array
@@ -117,6 +121,8 @@ class Measurement(Result):
     driving: Mapping[str, Array] = field(default_factory=dict)
     motor_share: float | None = None
     motion: MotionKind | None = None
+    cuts: tuple[float, ...] = ()
+    whole: str = ""
 
     def __post_init__(self) -> None:
         """Lists become arrays; all have one value for each sample."""
@@ -156,6 +162,23 @@ class Measurement(Result):
         KeyError : it was not measured
         """
         return {**self.inputs, **self.signals}[JOINT]
+
+    @property
+    def recording(self) -> str:
+        """Name of the recording: of which this is a piece, else its own."""
+        return self.whole or self.name
+
+    @property
+    def pieces(self) -> "tuple[Measurement, ...]":
+        """What lies between the cuts, at least ten samples each; itself where there are none."""
+        if not self.cuts:
+            return (self,)
+        clocks = np.split(self.time, np.searchsorted(self.time, self.cuts))
+        return tuple(
+            replace(self.window(float(clock[0]), float(clock[-1])), whole=self.recording)
+            for clock in clocks
+            if len(clock) >= MINIMUM_SAMPLES
+        )
 
     @property
     def first_signal(self) -> str:
@@ -437,10 +460,12 @@ class Measurement(Result):
 
     def samples(self, keep: slice | NDArray[np.bool_]) -> "Measurement":
         """Some of the samples, all else the same."""
+        time = self.time[keep]
         return replace(
             self,
             interpolation=self.input_interpolation,
-            time=self.time[keep],
+            time=time,
+            cuts=tuple(cut for cut in self.cuts if time[0] < cut < time[-1]),
             motor_position=self.motor_position[keep],
             signals={name: values[keep] for name, values in self.signals.items()},
             driving={name: values[keep] for name, values in self.driving.items()},
@@ -498,6 +523,7 @@ class Measurement(Result):
         return replace(
             self,
             time=at - reference,
+            cuts=tuple(cut - reference for cut in self.cuts),
             motor_position=moved.get("motor_position", self.motor_position[keep]),
             load_torque=moved.get("load_torque"),
             signals={name: moved[name] for name in self.signals},
@@ -539,5 +565,30 @@ Recordings = Measurement | Sequence[Measurement]  # one, or several
 
 
 def listed(recordings: Recordings) -> tuple[Measurement, ...]:
-    """One recording or several, as a tuple."""
-    return (recordings,) if isinstance(recordings, Measurement) else tuple(recordings)
+    """One recording or several, as a tuple of their pieces."""
+    several = (recordings,) if isinstance(recordings, Measurement) else recordings
+    return tuple(piece for recording in several for piece in recording.pieces)
+
+
+def joined(pieces: Sequence[Measurement]) -> Measurement:
+    """The recording of which these are the pieces, in order of time."""
+    first = pieces[0]
+    name = first.whole
+
+    def together(arrays: Sequence[Any]) -> Any:
+        return None if arrays[0] is None else np.concatenate(arrays)
+
+    ends = [(piece.time[0], piece.time[-1]) for piece in pieces]
+    window = (float(ends[0][0]), float(ends[-1][1]))
+    return replace(
+        first,
+        name=name,
+        whole="",
+        time=together([piece.time for piece in pieces]),
+        motor_position=together([piece.motor_position for piece in pieces]),
+        load_torque=together([piece.load_torque for piece in pieces]),
+        signals={key: together([piece.signals[key] for piece in pieces]) for key in first.signals},
+        notes=tuple(dict.fromkeys(note for piece in pieces for note in piece.notes)),
+        preparation=first.preparation.model_copy(update={"window": window}),
+        cuts=tuple(float(0.5 * (before[1] + after[0])) for before, after in pairwise(ends)),
+    )

@@ -5,9 +5,8 @@ linearly. Both are one rule: the samples within each step give their mean time a
 between these the signal is linear.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from math import ceil, floor
 
 import numpy as np
@@ -17,10 +16,14 @@ from elastic_tendon.measurement.noise import is_even
 
 Array = NDArray[np.float64]
 Tracks = Mapping[str, "Track"]
+Span = tuple[float, float]  # s
 
 # a step so many times as long as nine in ten others is a gap
 _GAP = 10.0
-_USUAL_STEP = 0.9
+# and so is one that misses a sample or more, if an input bends in it so many times as far
+_MISSING, _BENT = 2.5, 5.0
+_USUAL = 0.9
+_INPUTS = ("motor_position", "motor_torque", "load_torque")
 # grid points that the common time misses by rounding only
 _ROUNDING = 1e-6
 # how far from an even clock, in steps of the rounding, stamps lie that were only rounded
@@ -102,32 +105,34 @@ def common_time(tracks: Tracks) -> tuple[float, float]:
     return max(float(clock[0]) for clock in clocks), min(float(clock[-1]) for clock in clocks)
 
 
-def pieces(tracks: Tracks, step: float | None) -> list[tuple[Tracks, tuple[float, float] | None]]:
-    """Cut signals apart where one of them has a gap.
+def pieces(
+    tracks: Tracks, step: float | None, lost: Collection[Span] = ()
+) -> list[tuple[Tracks, Span | None]]:
+    """Cut signals apart where one of them has a gap: a step far longer than usual, or one in which
+    samples are missing while an input bends, so that nobody knows how it ran.
 
     Parameters
     ----------
     tracks : at least one
     step : s, where they were averaged over steps of this length; they are cut between steps
+    lost : steps (s, s) from which samples were left out that the file holds
 
     Returns
     -------
     list of the signals and the window that cuts them out, None where nothing was cut; no piece
     has a gap by its own steps, so that a piece read alone stays whole
     """
-    bounds = _gaps(tracks)
-    if not bounds:
+    gaps = _gaps(tracks)
+    if not gaps:
         return [(tracks, None)]
-    if step is not None:
-        # the middle of a gap, moved to the border between two steps
-        bounds = [(floor(bound / step) + 0.5) * step for bound in bounds]
-    edges = [-np.inf, *bounds, np.inf]
-    parts: list[tuple[Tracks, tuple[float, float] | None]] = []
-    for lower, end in pairwise(edges):
-        upper = float(np.nextafter(end, -np.inf)) if np.isfinite(end) else end
+    # nothing of what was left out is in a window
+    cuts = [gap if gap in lost else _cut(gap, step) for gap in gaps]
+    starts, ends = zip(*cuts, strict=True)
+    parts: list[tuple[Tracks, Span | None]] = []
+    for lower, upper in zip((-np.inf, *ends), (*starts, np.inf), strict=True):
         part = between(tracks, lower, upper)
         if all(len(track.time) for track in part.values()):
-            for inner, window in pieces(part, step):
+            for inner, window in pieces(part, step, lost):
                 low, high = window or (-np.inf, np.inf)
                 parts.append((inner, (max(lower, low), min(upper, high))))
         else:
@@ -135,19 +140,53 @@ def pieces(tracks: Tracks, step: float | None) -> list[tuple[Tracks, tuple[float
     return parts
 
 
-def _gaps(tracks: Tracks) -> list[float]:
-    """Middles of the gaps within the common time, s, in order."""
+def _cut(gap: Span, step: float | None) -> Span:
+    """End of what is before and beginning of what is after the middle of a gap, s; between two
+    steps where signals were averaged over steps."""
+    middle = 0.5 * (gap[0] + gap[1])
+    if step is not None:
+        middle = (floor(middle / step) + 0.5) * step
+    return float(np.nextafter(middle, -np.inf)), middle
+
+
+def _gaps(tracks: Tracks) -> list[Span]:
+    """Beginning and end of the gaps within the common time, s, in order."""
     first, last = common_time(tracks)
-    clocks = {id(track.time): track.time for track in tracks.values()}.values()
-    middles: set[float] = set()
-    for clock in clocks:
+    found: set[Span] = set()
+    for clock in {id(track.time): track.time for track in tracks.values()}.values():
         steps = np.diff(clock)
         # no gap without a step so many times the shortest, which is found faster than a quantile
-        if len(steps) and steps.max() > _GAP * steps.min():
-            long = np.flatnonzero(steps > _GAP * np.quantile(steps, _USUAL_STEP))
+        if len(steps) and steps.max() > _MISSING * steps.min():
+            inputs = [tracks[name].values for name in _INPUTS if _has_clock(tracks, name, clock)]
+            long = _long_steps(steps, inputs)
             within = long[(clock[long + 1] > first) & (clock[long] < last)]
-            middles |= {float(0.5 * (clock[i] + clock[i + 1])) for i in within}
-    return sorted(middles)
+            found |= {(float(clock[i]), float(clock[i + 1])) for i in within}
+    return sorted(found)
+
+
+def _has_clock(tracks: Tracks, name: str, clock: Array) -> bool:
+    return name in tracks and tracks[name].time is clock
+
+
+def _long_steps(steps: Array, inputs: Sequence[Array]) -> NDArray[np.intp]:
+    """Which steps of a clock (n,) are gaps, where these inputs (n + 1,) have it."""
+    lengths = steps / np.quantile(steps, _USUAL)
+    gaps = lengths > _GAP
+    missing = lengths > _MISSING
+    if np.any(missing & ~gaps):
+        for values in inputs:
+            bends = _bends(steps, values)
+            gaps |= missing & (bends > _BENT * np.quantile(bends, _USUAL))
+    return np.flatnonzero(gaps)
+
+
+def _bends(steps: Array, values: Array) -> Array:
+    """How far in each step the curve with the speeds before and after it is from a line."""
+    bends = np.zeros(len(steps))
+    speeds = (values[2:] - values[:-2]) / (steps[1:] + steps[:-1])
+    # a parabola is an eighth of its length times the change of its slope from its chord
+    bends[2:-2] = steps[2:-2] * np.abs(speeds[3:] - speeds[:-3]) / 8.0
+    return bends
 
 
 def on_one_clock(
