@@ -21,7 +21,7 @@ from platformdirs import user_cache_path
 from benchmarking import Row, print_table
 from hidden_effect.cases import Order
 from hidden_effect.plan import orders
-from hidden_effect.score import Figure, Result, figures
+from hidden_effect.score import Figure, Result, consistent, figures
 from hidden_effect.study import judged
 from kept_answers import mapped
 
@@ -46,7 +46,7 @@ def attempted(order: Order, folder: Path) -> tuple[str, Result | None, str]:
 
 def report(found: list[Result], absent: list[str], faults: list[str]) -> int:
     """Print the table, the misses by name, and the cases that could not be judged; exit status."""
-    table = figures(found)
+    table = [*figures(found), consistent(found)]
     status = print_table(f"Hidden effects, {len(found)} cases", [row_of(row) for row in table])
     print("\nMissed")
     for row in table:

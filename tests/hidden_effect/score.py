@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
+from contradictions_in_words import contradictions_of
 from hidden_effect.recordings import NOISES, PLAIN
 from truth.outside import MEANT_BY
 
@@ -417,7 +418,17 @@ def beside(results: Sequence[Result]) -> list[Figure]:
     ]
 
 
+def consistent(results: Sequence[Result]) -> Figure:
+    """Whether sentence, verdict, tables, ladder and neighbours of each diagnosis agree."""
+    return share(
+        "says nothing that contradicts itself",
+        results,
+        lambda one: not contradictions_of(one.diagnosis),
+        100.0,
+    )
+
+
 def figures(results: Sequence[Result]) -> list[Figure]:
-    """All rows of the table."""
+    """All rows of the table but `consistent`, which needs whole diagnoses."""
     parts = (ranking, heldout, blame, intervals, undecided, calibration, times, beside)
     return [figure for part in parts for figure in part(results)]

@@ -9,6 +9,7 @@ from hidden_effect.cases import Order, build
 from hidden_effect.score import (
     Result,
     class_among,
+    consistent,
     error_ratio,
     figures,
     found_both,
@@ -105,6 +106,10 @@ def test_what_is_kept_on_disk_gives_the_same_score(tmp_path):
     assert first is not None
     assert first == again
     assert repr(figures([first])) == repr(figures([again]))  # no case is nan, unlike itself
+    blamed = replace(
+        first, name="blamed", diagnosis={**first.diagnosis, "verdict": "missing_effect"}
+    )
+    assert consistent([first, blamed]).missed == ("blamed",)
 
 
 @pytest.mark.slow
