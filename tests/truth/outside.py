@@ -127,14 +127,6 @@ def cogging(rng: np.random.Generator, actuator: Actuator, _elongation: float) ->
     return torque_law(lambda *_: lambda _t, q, _v: size * math.sin(multiple * q + phase))
 
 
-def one_way_damping(rng: np.random.Generator, actuator: Actuator, _elongation: float) -> Law:
-    """Viscous friction in one direction of motion only."""
-    sign = float(rng.choice([-1.0, 1.0]))
-    stiffness, inertia = joint_stiffness(actuator), actuator.link.inertia
-    damping = 0.2 * math.sqrt(stiffness * inertia)
-    return torque_law(lambda *_: lambda _t, _q, v: -damping * v if sign * v > 0.0 else 0.0)
-
-
 def slackening_path(rng: np.random.Generator, actuator: Actuator, _elongation: float) -> Law:
     """Tendons whose path shortens as the joint turns away from its middle, so both lose tension."""
     loss = 0.3 * actuator.pretension_force / max(one.stiffness for one in actuator.springs)
@@ -231,7 +223,6 @@ OUTSIDE: dict[str, Make] = {
     "friction at a place": friction_at_a_place,
     "transmission ripple": transmission_ripple,
     "cogging": cogging,
-    "one-way damping": one_way_damping,
     "slackening path": slackening_path,
     "softening spring": softening_spring,
     "saturating loss": saturating_loss,
@@ -296,11 +287,20 @@ def maxwell_slip(rng: np.random.Generator, _actuator: Actuator, _elongation: flo
     return Law(applied)
 
 
+def one_way_damping(rng: np.random.Generator, actuator: Actuator, _elongation: float) -> Law:
+    """Viscous friction in one direction of motion only."""
+    sign = float(rng.choice([-1.0, 1.0]))
+    stiffness, inertia = joint_stiffness(actuator), actuator.link.inertia
+    damping = 0.2 * math.sqrt(stiffness * inertia)
+    return torque_law(lambda *_: lambda _t, _q, v: -damping * v if sign * v > 0.0 else 0.0)
+
+
 OTHER_LAWS: dict[str, Make] = {
     "smooth friction": smooth_friction,
     "Dahl friction": dahl,
     "Hess-Soom friction": hess_soom,
     "Maxwell-slip hysteresis": maxwell_slip,
+    "one-way damping": one_way_damping,
 }
 # which effects of the catalogue a law is one of
 MEANT_BY = {
@@ -308,6 +308,7 @@ MEANT_BY = {
     "Dahl friction": ("lugre_friction", "coulomb_friction", "stribeck_friction"),
     "Hess-Soom friction": ("stribeck_friction", "lugre_friction"),
     "Maxwell-slip hysteresis": ("spring_hysteresis",),
+    "one-way damping": ("directional_damping",),
 }
 
 
