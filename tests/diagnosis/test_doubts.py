@@ -5,12 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from begun_search import COULOMB, DRAG, GRAVITY, begun
+from begun_search import COULOMB, DRAG, GRAVITY, NOISE, SHORT, begun
 from elastic_tendon.diagnosis import doubts as doubting
 from elastic_tendon.diagnosis.answer import refit
+from elastic_tendon.diagnosis.data import data_of
 from elastic_tendon.diagnosis.diagnose import BEGUN
 from elastic_tendon.diagnosis.evidence import FADES_IN_TIME, MUCH
-from smooth_motion import typical_model
+from elastic_tendon.diagnosis.options import Options
+from elastic_tendon.diagnosis.search import Search
+from elastic_tendon.progress import silent
+from smooth_motion import GIVEN, played, typical_model
 
 STRIBECK = ("stribeck_friction",)
 ZEROS = ("joint_encoder_offset",), ("motor_encoder_offset",)
@@ -72,6 +76,30 @@ def test_an_effect_that_the_screen_does_not_miss_is_refitted_without() -> None:
     answer = search.answers[(*COULOMB, *DRAG)]
     assert search._close(DRAG, answer)
     assert not search._close(COULOMB, answer)
+
+
+@pytest.mark.parametrize(
+    ("options", "tried"),
+    [
+        (Options(only=STRIBECK), False),
+        (Options(without=COULOMB), False),
+        (Options(only=(*STRIBECK, *COULOMB)), True),
+    ],
+)
+def test_a_simpler_law_is_tried_only_where_it_may_be_the_answer(options, tried: bool) -> None:
+    recording = played(typical_model(*COULOMB), SHORT).recording(NOISE)
+    search = Search.of(data_of(GIVEN, [recording], [], options), silent)
+    search.base()
+    search._refit([STRIBECK], "")
+    search._better_as_simple()
+    assert (COULOMB in search.answers) == tried
+
+
+def test_gravity_is_held_against_a_constant_torque() -> None:
+    search = begun(typical_model(*GRAVITY), *GRAVITY, "constant_torque")
+    search._refit([GRAVITY], "")
+    search._better_as_simple()
+    assert ("constant_torque",) in search.answers
 
 
 def test_what_errs_as_a_refused_answer_is_refused_too() -> None:

@@ -6,6 +6,7 @@ from begun_search import COULOMB, DRAG, GRAVITY
 from elastic_tendon.diagnosis.sets import (
     aliases,
     change_between,
+    limiting,
     model_with,
     richer,
     simpler,
@@ -43,6 +44,11 @@ def test_aliases_take_the_place_of_an_effect() -> None:
         (*COULOMB, "motor_encoder_offset"),
     ]
     assert list(aliases(("tendon_compliance",))) == []  # its aliases are no effects
+
+
+def test_what_an_effect_comes_to_takes_its_place() -> None:
+    assert list(limiting((*COULOMB, *GRAVITY))) == [(*COULOMB, "constant_torque")]
+    assert list(limiting((*GRAVITY, "constant_torque"))) == []
 
 
 def test_simpler_laws_of_the_same_thing() -> None:

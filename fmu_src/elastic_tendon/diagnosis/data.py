@@ -4,7 +4,7 @@ Most of a search on a long recording is done on means of neighbouring samples, a
 the same motion, or on its liveliest stretches; the answer is confirmed on everything.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -120,6 +120,10 @@ class Data:
             for effect_id in candidates(self.given, self.fitted)
             if not (self.only or effect_id in (*self.without, *self.candidates))
         )
+
+    def may_add(self, added: Collection[str]) -> bool:
+        """Whether all of these effects may be missing."""
+        return {*added} <= {*self.candidates, *self.rare}
 
     def _asked_for(self, effect_id: str) -> bool:
         if self.only:

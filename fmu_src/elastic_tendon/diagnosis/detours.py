@@ -15,7 +15,7 @@ from elastic_tendon.diagnosis.likeliest_sets import FAR_BETTER
 from elastic_tendon.diagnosis.looks import WORTH, Looks
 from elastic_tendon.diagnosis.refits import AT_ONCE, EFFORT, FAILURES
 from elastic_tendon.diagnosis.resonance import frequencies, holds_swinging, may_hide, swings
-from elastic_tendon.diagnosis.sets import Set, richer, told, without
+from elastic_tendon.diagnosis.sets import Set, told, without
 
 REFITTED = 3  # sets that promise more, refitted in one round
 FIRST = 0.5  # share of the mean square; who promises less is refitted before all others
@@ -78,7 +78,7 @@ class Detours(Looks):
         self._other_laws[answer.added] = answer
         if self._white(answer) or answer.mean_square < 1.0 + AUDIBLE**2:
             return False
-        self._take_beside(answer, list(richer(answer.added)), "trying other laws")
+        self._take_beside(answer, self._richer(answer.added), "trying other laws")
         return self.answer.added != answer.added
 
     def _white(self, answer: Answer) -> bool:
@@ -215,7 +215,7 @@ class Detours(Looks):
                 continue
             self._passed.add(added)
             if added in refused:
-                self._take_beside(self.answers[added], list(richer(added)), "trying other laws")
+                self._take_beside(self.answers[added], self._richer(added), "trying other laws")
             looks = self._looks(added, self._quick)
             likely = [near for near in sorted(looks, key=looks.__getitem__) if looks[near] < WORTH]
             self._refit(likely[:REFITTED], "refitting what was passed by")

@@ -28,7 +28,7 @@ from elastic_tendon.diagnosis.evidence import (
 )
 from elastic_tendon.diagnosis.lack_of_fit import OVERWHELMING
 from elastic_tendon.diagnosis.likeliest_sets import LikeliestSets
-from elastic_tendon.diagnosis.sets import Set, simpler, without
+from elastic_tendon.diagnosis.sets import Set, limiting, without
 from elastic_tendon.diagnosis.significance import (
     CHANCE,
     COMMON,
@@ -102,9 +102,9 @@ class Doubts(LikeliestSets):
         return True
 
     def _better_as_simple(self) -> bool:
-        """Refit simpler laws of what was found from its parameters, and sets with an effect less
-        where these do better than their refit: what came in may stand for what was not yet found,
-        or have led the way.
+        """Refit simpler laws of what was found, or what it comes to, from its parameters, and sets
+        with an effect less where these do better than their refit: what came in may stand for what
+        was not yet found, or have led the way.
 
         Returns
         -------
@@ -114,7 +114,8 @@ class Doubts(LikeliestSets):
         if answer is self._simplified.get(answer.added):
             return False
         self._simplified[answer.added] = answer
-        self._take_beside(answer, list(simpler(answer.added)), words)
+        limits = filter(self.data.may_add, limiting(answer.added))
+        self._take_beside(answer, [*self._simpler(answer.added), *limits], words)
         screen, bare = TrajectoryScreen(answer), {}
         for effect_id in answer.added:
             less, model = without(answer.added, effect_id), answer.result.model.without([effect_id])

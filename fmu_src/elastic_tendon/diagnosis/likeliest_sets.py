@@ -35,7 +35,7 @@ class LikeliestSets(Around):
         singles = sorted(self._sets(1), key=self._badness)[:2]
         most = CLOSE * min(map(self._badness, singles), default=0.0)
         close = [single for single in singles if self._badness(single) <= most]
-        return [form for single in close for form in (*simpler(single), single)]
+        return [form for single in close for form in (*self._simpler(single), single)]
 
     def _best_singles(self) -> list[Set]:
         """The likeliest singles, that are looked at with every other effect.
@@ -99,7 +99,9 @@ class LikeliestSets(Around):
         likely = sorted(self._sets(size), key=self._badness)[:CLOSEST]
         most = min(CLOSE * min(map(self._badness, likely), default=0.0), FAR_BETTER * best)
         close = [added for added in likely if self._badness(added) <= most]
-        return list(dict.fromkeys(form for added in close for form in (*simpler(added), added)))
+        return list(
+            dict.fromkeys(form for added in close for form in (*self._simpler(added), added))
+        )
 
     def _screen_singles(self, ids: Sequence[str], base: Mapping[str, float] | None) -> None:
         for number, effect_id in enumerate(ids):

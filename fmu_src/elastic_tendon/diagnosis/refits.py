@@ -19,7 +19,7 @@ from elastic_tendon.diagnosis.candidates import elsewhere
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import AT_NOISE, Evidence, worth_hearing
 from elastic_tendon.diagnosis.resonance import Resonance, holds_swinging, swings
-from elastic_tendon.diagnosis.sets import Set, model_with, told
+from elastic_tendon.diagnosis.sets import Set, model_with, richer, simpler, told
 from elastic_tendon.diagnosis.torque_screen import Estimate, Screen
 from elastic_tendon.diagnosis.trajectory_screen import TrajectoryScreen
 from elastic_tendon.errors import ElasticTendonError, ModelError
@@ -212,6 +212,14 @@ class Refits:
             again = refit(data.given, added, data.fitted, near, effort, check)
             answer = self.evidence.likeliest([answer, again])
         return answer
+
+    def _simpler(self, added: Set) -> list[Set]:
+        """Sets with a simpler law, see `simpler`, that may be the answer."""
+        return list(filter(self.data.may_add, simpler(added)))
+
+    def _richer(self, added: Set) -> list[Set]:
+        """Sets with a richer law, see `richer`, that may be the answer."""
+        return list(filter(self.data.may_add, richer(added)))
 
     def _smaller(self, added: Set) -> list[Set]:
         """Refitted sets with fewer of the effects."""

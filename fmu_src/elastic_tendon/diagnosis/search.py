@@ -183,7 +183,7 @@ class Search(Detours):
         found, _ = self.screen.combined(own, others, len(others))
         self._keep([own, *found.values()])
         grown = sorted(found, key=self._badness)[:REFITTED]
-        forms = [form for near in grown for form in simpler(near) if set(added) < set(form)]
+        forms = [form for near in grown for form in self._simpler(near) if set(added) < set(form)]
         self._refit(list(dict.fromkeys([*grown, *forms])), "refitting the likeliest")
         if not self._at_noise():
             likely = [
@@ -319,7 +319,7 @@ class Search(Detours):
                 shares |= self._hardly_worse(added)
             shares |= dict.fromkeys(self._exchanges_by_torque(added))
             shares |= {without(added, effect_id): None for effect_id in added}
-            shares |= dict.fromkeys(simpler(added))
+            shares |= dict.fromkeys(self._simpler(added))
             unlooked = list(self.data.candidates)
         if self._tired:
             return shares
@@ -418,7 +418,7 @@ class Search(Detours):
         for effect_id in added:
             less = without(added, effect_id)
             origins.append((less, screen.fit(less, own.values, 6)))
-        origins += [(low, screen.followed(low, own.values)) for low in simpler(added)]
+        origins += [(low, screen.followed(low, own.values)) for low in self._simpler(added)]
         self._keep([own, *(estimate for _, estimate in origins)])
         looks: dict[Set, float] = {estimate.added: estimate.square for _, estimate in origins}
         for number, (origin, estimate) in enumerate(origins):

@@ -30,6 +30,14 @@ def richer(added: Set) -> Iterator[Set]:
     return (near for near in _other_laws(added) if size_of(near) > size_of(added))
 
 
+def limiting(added: Set) -> Iterator[Set]:
+    """The set with what an effect comes to, where data show no more of it, in its place."""
+    for effect_id in added:
+        limit = effects.BY_ID[effect_id].limit
+        if limit and limit not in added:
+            yield in_order((*without(added, effect_id), limit))
+
+
 def _other_laws(added: Set) -> Iterator[Set]:
     for effect_id in added:
         law_of = effects.BY_ID[effect_id].law_of

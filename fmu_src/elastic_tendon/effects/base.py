@@ -292,7 +292,8 @@ class Effect:
     """One physical effect; see the module's text for the signature of `equations`.
 
     Texts are sentences. `law_of`: of what the effect is the whole law; a model takes one law of
-    each. `singular_null`: at its null the effect is structurally absent, so its derivative
+    each. `limit`: id of the simpler effect that it comes to where it varies little.
+    `singular_null`: at its null the effect is structurally absent, so its derivative
     there says nothing. `smallest_share`: of the typical strength, where such an effect, or a stop,
     is still sought. `on_request`: a rare one, which a search tries only where it is asked for,
     or where all others leave much; unless `common_without_slack`, where springs push too, as a
@@ -317,6 +318,7 @@ class Effect:
     states: tuple[State, ...] = ()
     relations: tuple[Relation, ...] = ()
     law_of: str = ""
+    limit: str = ""
     aliases: tuple[Alias, ...] = ()
     catalogue_order: int = 1000
     singular_null: bool = False

@@ -17,6 +17,7 @@ EFFECT = Effect(
     id="gravity_load",
     title="Gravity load",
     slot=Slot.JOINT_TORQUE,
+    limit="constant_torque",
     catalogue_order=50,
     physics="The weight of the link turns it towards where it hangs; the torque is largest where "
     "the link is horizontal.",
