@@ -62,7 +62,9 @@ def test_where_nothing_is_left_open_the_reason_is_told(complete: bool, words: st
 def test_the_first_screen_names_the_rival_and_leads_to_the_experiment() -> None:
     found = friction_found()
     seen = ranking.screen(found.rounds[0], found.ladder, found.ladder[-1], left_open=OPEN)
-    assert ", or else LuGre friction, which these data do not tell apart." in seen.verdict
+    assert (
+        "; it or LuGre friction is surely there, and these data do not tell which." in seen.verdict
+    )
     assert "which experiment decides between Coulomb friction and LuGre friction" in seen.advice
 
 

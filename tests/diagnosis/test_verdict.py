@@ -287,9 +287,9 @@ def test_what_was_not_to_matter_is_told_with_its_size_and_not_called_chance(kind
 def test_what_may_be_there_instead_is_named_once() -> None:
     alike = ("stribeck_friction", "", "stribeck_friction", "gravity_load+joint_stop")
     said = sentence("missing_effect", ("coulomb_friction",), alike=alike)
-    assert "or else Stribeck friction or Gravity load with Joint stop, which" in said
+    assert "friction, Stribeck friction or Gravity load with Joint stop is perhaps missing" in said
     nothing = sentence("missing_effect", ("coulomb_friction",), alike=("",))
-    assert "or else" not in nothing
+    assert "Coulomb friction is perhaps missing:" in nothing
 
 
 def test_wrong_parameters_are_listed() -> None:
@@ -332,8 +332,14 @@ def test_what_may_be_there_instead_is_said_with_it() -> None:
         alike=("coulomb_friction+gravity_load", "lugre_friction"),
     )
     assert said.startswith(
-        "Gear backlash is surely missing, or else Coulomb friction with Gravity load or LuGre "
-        "friction, which these data do not tell apart: "
+        "Gear backlash, Coulomb friction with Gravity load or LuGre friction is surely missing, "
+        "and these data do not tell which: "
+    )
+    pair = ("gear_backlash", "quadratic_drag")
+    said = sentence("missing_effect", pair, dict.fromkeys(pair, 1.0), alike=("lugre_friction",))
+    assert said.startswith(
+        "Gear backlash and Quadratic drag are surely missing, or else LuGre friction, which these "
+        "data do not tell apart: "
     )
 
 

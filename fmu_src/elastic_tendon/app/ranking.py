@@ -10,9 +10,9 @@ from elastic_tendon.app.document import Document
 from elastic_tendon.app.mapping import enumerated
 from elastic_tendon.app.own_effects import known as known_effects
 from elastic_tendon.diagnosis.by_hand import LeftOpen, Proposed
-from elastic_tendon.diagnosis.experiment_text import undisputed_text
+from elastic_tendon.diagnosis.experiment_text import titled, undisputed_text
 from elastic_tendon.diagnosis.result import Candidate, Round
-from elastic_tendon.diagnosis.verdict import LEFT, hedge, or_else
+from elastic_tendon.diagnosis.verdict import LEFT, UNDECIDED, hedge
 from elastic_tendon.effects.base import Effect
 from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.add import check_welcome
@@ -135,8 +135,11 @@ def suggestion(search_round: Round, left_open: LeftOpen | None = None) -> str:
     reason = search_round.reason
     if not search_round.chosen:
         return f"The search would add nothing: {reason}. {unsure_sentence(search_round)}".rstrip()
-    instead = or_else(left_open.names[1:]) if left_open is not None else ""
-    return f"{reason}, and is {hedge(_chance(search_round))} there{instead}."
+    sure = hedge(_chance(search_round))
+    instead = [titled(name) for name in left_open.names[1:]] if left_open is not None else []
+    if not instead:
+        return f"{reason}, and is {sure} there."
+    return f"{reason}; it or {' or '.join(instead)} is {sure} there, and {UNDECIDED} which."
 
 
 def _chance(search_round: Round) -> float:

@@ -24,6 +24,7 @@ OFF = 3.0  # times the noise, from which the error as given is no matter of its 
 # times the noise, and the error on fitted recordings, that one on a held-out one may have
 ELSEWHERE, MORE_THAN_FITTED = 5.0, 3.0
 FALSE_SHIFTS = 0.05  # of any parameter, where none is wrong
+UNDECIDED = "these data do not tell"
 SURELY, PROBABLY = 0.99, 0.9  # probabilities from which these words are used
 
 
@@ -255,10 +256,10 @@ def sentence_of(
         slight = " that matters" if structured else ""
         text = f"No effect{slight} is missing, but {numbers}: refitted, {falls}"
     elif verdict == "missing_effect":
-        text = f"{_missing(added, certainty)}{or_else(alike)}: {falls}"
+        text = f"{missing(added, certainty, alike)}: {falls}"
     elif added:
         text = (
-            f"{_missing(added, certainty)}{or_else(alike)}; beyond "
+            f"{missing(added, certainty, alike)}; beyond "
             f"{'it' if len(added) == 1 else 'them'} {left} is left that {nothing}"
         )
     elif not complete:
@@ -286,23 +287,31 @@ def sentence_of(
     return f"{text}." if complete else f"{text}; the search was stopped before its end."
 
 
-def _missing(added: Sequence[str], certainty: Mapping[str, float]) -> str:
-    """As "Coulomb friction is surely missing, gravity load probably"."""
+def missing(added: Sequence[str], certainty: Mapping[str, float], alike: Sequence[str] = ()) -> str:
+    """What is missing, as "Coulomb friction is surely missing" or "Coulomb friction or Stribeck
+    friction is surely missing, and these data do not tell which".
+
+    Parameters
+    ----------
+    added, certainty, alike : see `sentence_of`
+    """
     titles = [effects.BY_ID[effect_id].title for effect_id in added]
     words = [hedge(certainty.get(effect_id, 0.0)) for effect_id in added]
+    instead = [titled(name) for name in dict.fromkeys(filter(None, alike))]
+    if len(titles) == 1 and instead:
+        # what is so certain is that one of them is there
+        return f"{_listed([*titles, *instead], 'or')} is {words[0]} missing, and {UNDECIDED} which"
+    rivals = f", or else {' or '.join(instead)}, which {UNDECIDED} apart" if instead else ""
     if len(set(words)) == 1:
-        listed = " and ".join([*([", ".join(titles[:-1])] if titles[1:] else []), titles[-1]])
-        return f"{listed} {'is' if len(titles) == 1 else 'are'} {words[0]} missing"
+        verb = "is" if len(titles) == 1 else "are"
+        return f"{_listed(titles, 'and')} {verb} {words[0]} missing{rivals}"
     parts = [f"{title} {word}" for title, word in zip(titles, words, strict=True)]
-    return f"Missing: {', '.join(parts)}"
+    return f"Missing: {', '.join(parts)}{rivals}"
 
 
-def or_else(alike: Sequence[str]) -> str:
-    """What may be there instead, as ", or else Stribeck friction, which these data ..."."""
-    titles = [titled(name) for name in dict.fromkeys(filter(None, alike))]
-    if not titles:
-        return ""
-    return f", or else {' or '.join(titles)}, which these data do not tell apart"
+def _listed(titles: Sequence[str], word: str) -> str:
+    *first, last = titles
+    return f"{', '.join(first)} {word} {last}" if first else last
 
 
 def _number(value: float) -> str:
