@@ -170,7 +170,9 @@ def decided(result: Result) -> bool:
     after = result.follow_up
     if after is None:
         return False
-    only = all(set(one) <= aliases(result) for one in after["indistinguishable"])
+    # what is too small to matter has groups of its own
+    meant = [set(one) for one in after["indistinguishable"] if set(one) & set(after["added"])]
+    only = all(group <= aliases(result) for group in meant)
     return bool(aliases(result) & set(after["added"])) and only
 
 
