@@ -20,7 +20,7 @@ _LONGEST = 3  # samples of a spike
 _SIDE = 4  # samples on each side of it that the curve runs through
 _DEGREE = 3  # of the curve
 _FAR, _STEPS = 8.0, 4.0  # times the usual distance from neighbours, and steps of the sensor
-_BLOCK = 64  # samples of which the usual distance is the median
+_BLOCK, _SOME = 64, 3  # samples of a block, of which each third has its part in the usual distance
 _ROUGH = 6.0  # times the distance of the neighbours from the curve through them
 _STANDS = 5  # samples of one value, at least
 _NEAR, _MOVING = 3, 8  # samples before and after that show how fast the position moves
@@ -102,41 +102,35 @@ def _few(stretches: Iterable[Stretch]) -> list[Stretch]:
 def _spikes(track: Track, step: float) -> Iterator[Stretch]:
     """Stretches of at most three samples that are off the curve through their neighbours."""
     time, values = track.time, track.values
-    if len(values) <= 2 * _SIDE:
+    if len(values) <= 2 * _SIDE + _LONGEST:
         return
-    usual = _usual(_off_neighbours(time, values, 1))
+    apart = _off_neighbours(time, values)
+    limits = _FAR * _usual(apart) + _STEPS * step
+    # where a spike lasts, its first sample is half as far from the line to the next one
+    first = np.flatnonzero(2.0 * apart > limits) + 1
+    first = first[(first >= _SIDE) & (first <= len(values) - _LONGEST - _SIDE)]
     for length in range(1, _LONGEST + 1):
-        limits = _FAR * usual[: len(usual) - length + 1] + _STEPS * step
-        far = np.flatnonzero(_off_neighbours(time, values, length) > limits)
-        # a curve needs neighbours on both sides, of which the first is counted already
-        far = far[(far >= _SIDE - 1) & (far < len(values) - length - _SIDE)]
-        line, rough = _curves(track, far + 1, length)
-        apart = np.abs(values[far[:, None] + np.arange(1, length + 1)] - line).min(axis=1)
-        is_spike = apart > np.maximum(limits[far], _ROUGH * (rough + step))
-        yield from ((int(first), int(first) + length) for first in far[is_spike] + 1)
+        line, rough = _curves(track, first, length)
+        apart = np.abs(values[first[:, None] + np.arange(length)] - line).min(axis=1)
+        is_spike = apart > np.maximum(limits[first - 1], _ROUGH * (rough + step))
+        yield from ((start, start + length) for start in first[is_spike].tolist())
 
 
-def _off_neighbours(time: Array, values: Array, length: int) -> Array:
-    """Least distance of stretches of this length from the line between the samples around them,
-    for each stretch from the second sample on."""
-    low, high = slice(None, -length - 1), slice(length + 1, None)
-    slope = (values[high] - values[low]) / (time[high] - time[low])
-    least = np.full(len(slope), np.inf)
-    for place in range(1, length + 1):
-        at = slice(place, len(values) - length - 1 + place)
-        line = values[low] + slope * (time[at] - time[low])
-        least = np.minimum(least, np.abs(values[at] - line))
-    return least
+def _off_neighbours(time: Array, values: Array) -> Array:
+    """Distance of each sample but the first and the last from the line between its neighbours."""
+    share = (time[1:-1] - time[:-2]) / (time[2:] - time[:-2])
+    return np.abs(values[1:-1] - values[:-2] - share * (values[2:] - values[:-2]))
 
 
 def _usual(distances: Array) -> Array:
-    """Median of the block that each distance is in, or of the one beside it if that is larger."""
-    count = -(-len(distances) // _BLOCK)
-    padded = np.full(count * _BLOCK, np.nan)
-    padded[: len(distances)] = distances
-    medians = np.pad(np.nanmedian(padded.reshape(count, _BLOCK), axis=1), 1, mode="edge")
+    """Median around the block that each distance is in, or the one beside it if that is larger."""
+    count = len(distances) // _BLOCK
+    if count < 2:
+        return np.full(len(distances), np.median(distances))
+    some = distances[: count * _BLOCK].reshape(count, _BLOCK)[:, ::_SOME]
+    medians = np.pad(np.median(some, axis=1), 1, mode="edge")
     largest = np.maximum(medians[1:-1], np.maximum(medians[:-2], medians[2:]))
-    return np.repeat(largest, _BLOCK)[: len(distances)]
+    return np.pad(np.repeat(largest, _BLOCK), (0, len(distances) - count * _BLOCK), mode="edge")
 
 
 def _curves(track: Track, first: NDArray[np.intp], length: int) -> tuple[Array, Array]:
@@ -169,9 +163,9 @@ def _stands(values: Array, step: float) -> list[Stretch]:
     there are such jumps without them, as of a joint that sticks and slips."""
     changes = np.diff(values)
     jumps = _jumps(changes, step)
-    moved = np.where(changes != 0.0, np.arange(1, len(values)), 0)
     # the first of the samples that are alike up to each change
-    starts = np.pad(np.maximum.accumulate(moved), (1, 0))[jumps]
+    moved = np.append(0, np.flatnonzero(changes) + 1)
+    starts = moved[np.searchsorted(moved, jumps, side="right") - 1]
     stands = jumps - starts + 1 >= _STANDS
     for which in np.flatnonzero(stands):
         stands[which] = _is_between_moves(changes, starts[which], jumps[which], step)
@@ -184,9 +178,11 @@ def _stands(values: Array, step: float) -> list[Stretch]:
 def _jumps(changes: Array, step: float) -> NDArray[np.intp]:
     """Changes that are larger by far than those before and after."""
     sizes = np.pad(np.abs(changes), _NEAR)
-    around = np.lib.stride_tricks.sliding_window_view(sizes, 2 * _NEAR + 1)
-    largest = np.delete(around, _NEAR, axis=1).max(axis=1, initial=0.0)
-    return np.flatnonzero(np.abs(changes) > np.maximum(_STEPS * step, _JUMP * largest))
+    inner = sizes[_NEAR:-_NEAR]
+    least = np.maximum(_STEPS * step, _JUMP * np.maximum(sizes[2:-4], sizes[4:-2]))
+    found = np.flatnonzero(inner > least)
+    near = sizes[found[:, None] + np.delete(np.arange(2 * _NEAR + 1), _NEAR)]
+    return np.asarray(found[inner[found] > _JUMP * near.max(axis=1, initial=0.0)])
 
 
 def _is_between_moves(changes: Array, first: int, end: int, step: float) -> bool:
