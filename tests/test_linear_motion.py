@@ -125,6 +125,7 @@ def test_tables_figures_and_reports_have_its_units(tmp_path):
     compared = et.compare(LINEAR, et.read(recording()))
     drawn = " ".join(text.get_text() for text in compared.plot().findobj(Text))
     assert "joint position (m)" in drawn
+    assert re.search(r"joint_position: RMS error \S+ m, ", compared.summary())
     assert not TURNING.search(drawn)
     assert not TURNING.search(et.locate(compared).summary())
     assert not TURNING.search(str(compared.to_dict()["files"][0]["signals"]))

@@ -176,6 +176,7 @@ def test_a_diagnosis_says_what_is_missing(found) -> None:
     assert found.model.effects["coulomb_friction"]["torque"] == pytest.approx(0.3, abs=0.01)
     assert found.ladder[-1].rmse["joint_position"] == pytest.approx(1e-4, rel=0.1)
     assert found.next_experiment is None
+    assert re.search(r"^\+ Coulomb friction +joint_position \S+ rad \(", repr(found), re.M)
 
 
 def test_effects_are_added_one_or_several(model, recording) -> None:

@@ -12,7 +12,9 @@ from math import inf
 
 from elastic_tendon import effects as catalogue
 from elastic_tendon.actuator.interfaces import InterfaceKind
+from elastic_tendon.actuator.motion_kind import MotionKind
 from elastic_tendon.actuator.parameters import quantities
+from elastic_tendon.actuator.quantity import unit_text
 from elastic_tendon.effects.base import Effect, Slot
 from elastic_tendon.effects.registry import kept_by_ids
 
@@ -208,6 +210,12 @@ SIGNALS = {
         *(reading for _, reading in FORCE_READINGS.values()),
     )
 }
+
+
+def with_unit(signal: str, value: float, motion: MotionKind) -> str:
+    """A value of a signal with its SI unit, as "0.0113 rad"; of a machine that slides in m."""
+    return f"{value:.4g} {unit_text(motion.unit(SIGNALS[signal].unit))}"
+
 
 SIGNAL_SLOTS = (
     Slot.MOTOR_SIGNAL,

@@ -8,6 +8,7 @@ import numpy as np
 
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.actuator.transmission import SlackState, slack_boundaries
+from elastic_tendon.actuator.variables import with_unit
 from elastic_tendon.comparison.conditions import Selection, in_words
 from elastic_tendon.comparison.residuals import Array, InitialState, residuals_of, rms
 from elastic_tendon.comparison.tolerance import ToleranceCheck, check_tolerances
@@ -99,7 +100,8 @@ class Comparison(Result):
         where = f", where {self.condition}" if self.condition else ""
         lines = [f"{self.model.name} beside {count} recording{'' if count == 1 else 's'}{where}"]
         for name, rmse in self.rmse().items():
-            lines.append(f"  {name}: RMS error {rmse:.4g}, {ratio[name]:.3g} times the noise")
+            error = with_unit(name, rmse, self.model.motion)
+            lines.append(f"  {name}: RMS error {error}, {ratio[name]:.3g} times the noise")
         return "\n".join(lines)
 
     def to_dataframe(self) -> "pd.DataFrame":

@@ -225,7 +225,8 @@ class Diagnosis(Result):
     def summary(self) -> str:
         """Verdict, its sentence, and the error after each step."""
         added = ", ".join(self.added) or "nothing"
-        return f"{self.verdict}: {self.sentence}\nadded: {added}\n{steps_text(self.ladder)}"
+        steps = steps_text(self.ladder, self.model.motion)
+        return f"{self.verdict}: {self.sentence}\nadded: {added}\n{steps}"
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Every parameter as given and as fitted, with its 95 % interval, a row each, SI."""

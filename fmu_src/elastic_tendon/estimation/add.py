@@ -64,7 +64,7 @@ class Addition(Result):
 
     def summary(self) -> str:
         """The error after each step, and every parameter as fitted."""
-        return f"{steps_text(self.ladder)}\n{self.findings.summary()}"
+        return f"{steps_text(self.ladder, self.model.motion)}\n{self.findings.summary()}"
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Every parameter as given and as fitted, with its 95 % interval, a row each, SI."""

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from elastic_tendon.actuator.motion_kind import MotionKind
+from elastic_tendon.actuator.variables import with_unit
 from elastic_tendon.comparison.comparison import Comparison
 from elastic_tendon.comparison.residuals import Array, autocorrelation_time, residuals_of
 
@@ -59,13 +61,13 @@ class Step:
         return entry
 
 
-def steps_text(ladder: Sequence[Step]) -> str:
-    """The error after each step, a line each."""
+def steps_text(ladder: Sequence[Step], motion: MotionKind) -> str:
+    """The error after each step, a line each, of a machine that turns or slides."""
     width = max(len(step.title) for step in ladder)
     return "\n".join(
         f"{step.title:{width}}  "
         + ", ".join(
-            f"{name} {rmse:.4g} ({step.noise_ratio[name]:.3g} times the noise)"
+            f"{name} {with_unit(name, rmse, motion)} ({step.noise_ratio[name]:.3g} times the noise)"
             for name, rmse in step.rmse.items()
         )
         for step in ladder
