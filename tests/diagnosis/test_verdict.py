@@ -27,6 +27,7 @@ from elastic_tendon.measurement import NoiseFloor
 
 NAME = "joint_position"
 RELEVANCE = 0.05
+GRAVITY = ("gravity_load",)
 NOISE = 1e-3  # rad
 
 
@@ -250,6 +251,18 @@ def sentence(kind, added=(), certainty=None, moved=(), after=1.04, alike=(), **s
 
 def test_an_adequate_model_is_said_so_with_what_is_left() -> None:
     assert sentence("adequate") == "arm explains these data: what is left is 1.04 times the noise."
+
+
+def test_of_several_signals_the_one_that_errs_most_in_the_end_is_told() -> None:
+    given, last = (
+        SimpleNamespace(
+            model=SimpleNamespace(name="arm"),
+            noise_ratio=lambda ratios=ratios: ratios,
+        )
+        for ratios in ({NAME: 95.2, "motor_torque": 60.0}, {NAME: 2.89, "motor_torque": 18.0})
+    )
+    said = sentence_of("missing_effect", GRAVITY, {}, (), (), given, last, complete=True)
+    assert "falls from 60.0 to 18.0 times the noise of motor torque" in said
 
 
 def test_much_that_is_left_by_chance_is_said_to_be_so() -> None:

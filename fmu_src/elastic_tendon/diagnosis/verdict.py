@@ -244,8 +244,11 @@ def sentence_of(
     """
     tried = ("that was asked for" if chosen else "of the catalogue") if complete else "tried so far"
     nothing = f"no effect {tried} explains"
-    before, after = max(given.noise_ratio().values()), max(last.noise_ratio().values())
-    left = f"{_number(after)} times the noise"
+    ratios = last.noise_ratio()
+    worst = max(ratios, key=lambda name: ratios[name])
+    before, after = given.noise_ratio()[worst], ratios[worst]
+    of_signal = f" of {worst.replace('_', ' ')}" if len(ratios) > 1 else ""
+    left = f"{_number(after)} times the noise{of_signal}"
     falls = f"the error falls from {_number(before)} to {left}"
     if verdict == "adequate":
         text = f"{given.model.name} explains these data: what is left is {left}"
