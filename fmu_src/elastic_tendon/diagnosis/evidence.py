@@ -33,6 +33,9 @@ DECISIVE_IN_PLACE = 20.0
 AUDIBLE = 0.15  # RMS of what an effect explains, in units of the noise or of what is left ...
 # ... and where more is left than this mean square: less than this may be some of the unknown
 MUCH, AUDIBLE_BESIDE = 2.25, 0.5
+# mean square up to which little is left, and RMS share of what other effects explain: less than
+# that may be owed to the form of their laws, which no real machine has exactly
+LITTLE, BY_FORM = 1.5, 0.025
 WORSE = 1.01  # times a held-out mean square that is no worse
 # times by which the mean square of the fitted recordings falls, and power of it by which held-out
 # ones of which neither answer explains much may then rise: what both lack rules there
@@ -251,11 +254,22 @@ def audible(answer: Answer, answers: Sequence[Answer]) -> bool:
     # beside something unknown a richer law of the same thing has to earn its parameters so too
     beside = own > MUCH or (unknown > AUDIBLE**2 and own > AT_NOISE)
     laws = set(simpler(in_order(answer.added))) if beside else set()
-    return all(
-        worth_hearing(_mean_square(part.floored), own, unknown)
+    left = [
+        _mean_square(part.floored)
         for part in answers
         if set(part.added) < set(answer.added) or part.added in laws
+    ]
+    most = max(left, default=0.0)
+    return all(
+        worth_hearing(before, own, unknown) and not _by_form(most - before, before, own)
+        for before in left
     )
+
+
+def _by_form(others: float, before: float, after: float) -> bool:
+    """Whether what lowers one mean square to another may be owed to the form of the laws of other
+    effects, which lowered it by `others`."""
+    return before <= LITTLE and before - after < BY_FORM**2 * others
 
 
 def _unknown_noise(recording: Measurement) -> float:

@@ -105,8 +105,8 @@ def regress(result: FitResult, progress: Progress = silent) -> Regression:
     products = [product.merged(firsts) for product in products]
     gains = gains_of(products, error_as_is(products[0]))[..., 0]
     chances = chance_of(products, gains) * len(rows.names)
-    for motion in motions:
-        if not motion.measurement.static:
+    for motion, blocks in zip(motions, rows.counts, strict=True):
+        if blocks > 1 and not motion.measurement.static:  # of one block see `outburst`
             terms.append(moments(motion))
             products.append(rows.products(terms[-1]))
             chance, shares = sudden(products[-1])

@@ -18,6 +18,7 @@ MOST, FEWEST = 40, 10
 SMALLEST = 3  # samples in a block
 # a block is so many times as long as the error's autocorrelation time
 MEMORIES = 10.0
+NOTHING = 1e-10  # part of what the largest direction of initial states makes
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,9 @@ class Rows:
 
     `names` of all signals; `counts` (f,) blocks of each recording. For each recording, by signal:
     `sigmas`, `errors` (n,), `derivatives` (n, p) to the fitted parameters and initial states.
-    `prior` (p, p) is their precision before the data.
+    `prior` (p, p) is their precision before the data. A recording of one block tells its initial
+    state alone: what that can make, the span of its `beginnings` (rows of all signals, s), is taken
+    out of its rows instead (Frisch & Waugh, Econometrica 1, 1933).
     """
 
     motions: tuple[Motion, ...]
@@ -35,6 +38,7 @@ class Rows:
     sigmas: tuple[Mapping[str, float], ...]
     errors: tuple[Mapping[str, Array], ...]
     derivatives: tuple[Mapping[str, Array], ...]
+    beginnings: tuple[Array, ...]
     prior: Array
 
     def columns(self, index: int, term: Term) -> dict[str, Array]:
@@ -43,9 +47,10 @@ class Rows:
         moved = slopes_beyond_rounding(
             responses(motion, term.acts, term.columns(motion)), motion.errors, motion.measurement
         )
+        scaled = {name: moved[name] / self.sigmas[index][name] for name in motion.errors}
+        further = _without(self.beginnings[index], scaled)
         return {
-            name: np.hstack([own, moved[name] / self.sigmas[index][name]])
-            for name, own in self.derivatives[index].items()
+            name: np.hstack([own, further[name]]) for name, own in self.derivatives[index].items()
         }
 
     def _edges(self, index: int) -> list[int]:
@@ -119,27 +124,56 @@ class Rows:
 
 def rows_of(result: FitResult, motions: Sequence[Motion]) -> Rows:
     """Rows at the optimum of a fit; `motions` of its recordings."""
-    problem, sigmas = result.problem, result.sigmas
-    jacobian = result.derivatives
-    held = jacobian[len(jacobian) - len(problem.coordinates.paths) :]
-    first, errors, derivatives = 0, [], []
-    for motion, own in zip(motions, sigmas, strict=True):
-        by_name = {}
-        for name, error in motion.errors.items():
-            by_name[name] = jacobian[first : first + len(error)]
-            first += len(error)
-        derivatives.append(by_name)
+    problem, sigmas, jacobian = result.problem, result.sigmas, result.derivatives
+    count, states = len(problem.coordinates.paths), problem.states
+    counts = _counts([len(motion.time) for motion in motions])
+    own = [
+        slice(count + states * index, count + states * (index + 1)) for index in range(len(counts))
+    ]
+    shared = np.ones(jacobian.shape[1], dtype=bool)
+    for columns, number in zip(own, counts, strict=True):
+        shared[columns] = number > 1
+    first, errors, derivatives, beginnings = 0, [], [], []
+    for index, motion in enumerate(motions):
+        last = first + sum(map(len, motion.errors.values()))
+        rows, first = jacobian[first:last], last
+        beginning = (
+            _spanned(rows[:, own[index]]) if counts[index] == 1 else np.zeros((len(rows), 0))
+        )
         beyond = beyond_rounding(motion.errors, motion.measurement)
-        errors.append({name: error / own[name] for name, error in beyond.items()})
+        scaled = {name: error / sigmas[index][name] for name, error in beyond.items()}
+        ends = np.cumsum([len(error) for error in scaled.values()])[:-1]
+        slopes = dict(zip(scaled, np.split(rows[:, shared], ends), strict=True))
+        errors.append(_without(beginning, scaled))
+        derivatives.append(_without(beginning, slopes))
+        beginnings.append(beginning)
+    held = jacobian[first:, shared]
     return Rows(
         motions=tuple(motions),
         names=tuple(dict.fromkeys(name for motion in motions for name in motion.errors)),
-        counts=_counts([len(motion.time) for motion in motions]),
+        counts=counts,
         sigmas=sigmas,
         errors=tuple(errors),
         derivatives=tuple(derivatives),
+        beginnings=tuple(beginnings),
         prior=held.T @ held,
     )
+
+
+def _spanned(columns: Array) -> Array:
+    """Orthonormal columns that make the same."""
+    directions, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(directions[:, sizes > NOTHING * max(sizes, default=0.0)])
+
+
+def _without(beginning: Array, by_signal: Mapping[str, Array]) -> Mapping[str, Array]:
+    """Rows less what the initial state can make of them."""
+    if not beginning.shape[1]:
+        return by_signal
+    rows = np.concatenate(list(by_signal.values()))
+    ends = np.cumsum([len(part) for part in by_signal.values()])[:-1]
+    left = rows - beginning @ (beginning.T @ rows)
+    return dict(zip(by_signal, np.split(left, ends), strict=True))
 
 
 def _counts(lengths: Sequence[int]) -> Integers:
