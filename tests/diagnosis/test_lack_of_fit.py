@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.signal import lsim, lti
 
 from elastic_tendon.actuator.parameters import load_model
 from elastic_tendon.diagnosis.data import data_of
@@ -50,6 +52,31 @@ def test_springs_that_warm_up_are_significant() -> None:
     found = found_with(0.02 * TIME / TIME[-1] * torque, white())
     assert found.significant
     assert found.variables == ("time", "elastic_torque")
+
+
+def test_what_swings_on_the_link_is_significant() -> None:
+    """A rod on a leaf spring, say: 6 Hz, hardly damped, integrated here by its own equation."""
+    shaken = np.gradient(simulate(GIVEN, TIME, MOTOR, LOAD)["joint_velocity"], TIME)
+    stiffness, damping = (2.0 * np.pi * 6.0) ** 2, 2.0 * 0.02 * 2.0 * np.pi * 6.0
+
+    def slope(t: float, state: np.ndarray) -> list[float]:
+        angle, rate = state
+        return [rate, -stiffness * angle - damping * rate - float(np.interp(t, TIME, shaken))]
+
+    rod = solve_ivp(slope, (TIME[0], TIME[-1]), [0.0, 0.0], t_eval=TIME, max_step=0.004).y
+    pull = 0.001 * GIVEN.link.inertia * (stiffness * rod[0] + damping * rod[1])
+    found = found_with(pull, white())
+    assert found.significant
+    assert found.variables == ("joint_acceleration", "history")
+
+
+def test_a_drive_that_comes_late_is_significant() -> None:
+    _, reached, _ = lsim(lti([1.0], [0.05, 1.0]), MOTOR, TIME)
+    shown = simulate(GIVEN, TIME, reached, LOAD)["joint_position"] + white()
+    recording = Measurement(TIME, MOTOR, {"joint_position": shown}, LOAD, name="made")
+    found = regress(fit(GIVEN, [recording])).found["joint_position"]
+    assert found.significant
+    assert found.variables == ("motor_position", "history")
 
 
 def test_what_pulls_shows_in_a_recording_without_a_load_column() -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import accumulate
 from types import SimpleNamespace
 from typing import Any, Literal
 
@@ -13,7 +12,9 @@ from elastic_tendon.actuator.parameters import sizes_of
 from elastic_tendon.comparison.residuals import Array, residuals_of, rms, simulate_measurement
 from elastic_tendon.diagnosis.effect_text import law_text
 from elastic_tendon.diagnosis.forms import FORMS, Curve, Grid, grid_over
+from elastic_tendon.diagnosis.history import lagging, ringing, slipping
 from elastic_tendon.diagnosis.motion import Motion, per_angle
+from elastic_tendon.diagnosis.peaks import strongest
 from elastic_tendon.diagnosis.splines import bump
 from elastic_tendon.effects.base import (
     FrictionBounds,
@@ -31,8 +32,8 @@ Acts = Literal["load", "motor", "reading"]
 Answer = Callable[[Any], Any]  # equations of an effect for given coefficients: place -> answer
 
 PROBE_PARTS, PATH_PARTS, MOMENTS = 3, 5, 20
-SLIPS = (0.01, 0.03, 0.1, 0.3)  # of the largest deflection, after which elements slip
 WAVES = range(5, 31)  # in a turn: poles, teeth, balls; bumps show what is longer
+SWINGS = 2  # frequencies, of the highest peaks of the errors
 # of the actuator's sizes, the least change by which a response is found
 LEAST_CHANGE = 1e-7
 
@@ -153,7 +154,7 @@ _AT_SLOT: Mapping[Slot, tuple[Acts, Callable[[Answer, Motion], Array]]] = {
 
 def _probes(motions: Sequence[Motion]) -> list[Term]:
     """Drift, ageing, hysteresis, paths of tendons, errors of the measured load, a changing inertia,
-    losses of springs, cogging."""
+    losses of springs, cogging, a motor that comes late, a part that swings on the link."""
     longest = max(float(motion.time[-1]) for motion in motions)
 
     def drift(motion: Motion) -> Array:
@@ -180,7 +181,37 @@ def _probes(motions: Sequence[Motion]) -> list[Term]:
     for variables, axis, factor in along:
         if grid := _grid(motions, axis, PROBE_PARTS):
             found.append(Term(variables, "load", _bumps(grid, axis, factor)))
-    return found + [Term(("joint_position",), "load", _waves(count)) for count in WAVES]
+    found += [Term(("joint_position",), "load", _waves(count)) for count in WAVES]
+    return found + _late(motions) + _swings(motions)
+
+
+def _late(motions: Sequence[Motion]) -> list[Term]:
+    """A motor whose position, where that is given, is not yet there, or not there any more."""
+    if any(motion.measurement.static or motion.model.kind.has_rotor for motion in motions):
+        return []
+
+    def columns(motion: Motion) -> Array:
+        sizes = sizes_of(motion.model.transmission, motion.model.link)
+        typical = (sizes.inertia / sizes.joint_stiffness) ** 0.5
+        return lagging(motion.motor_position, motion.time, typical)
+
+    return [Term(("motor_position", "history"), "motor", columns)]
+
+
+def _swings(motions: Sequence[Motion]) -> list[Term]:
+    """Parts on the link that swing at frequencies at which the errors do."""
+    if not all(motion.model.kind.has_link for motion in motions):
+        return []
+    moving = [motion for motion in motions if not motion.measurement.static]
+    errors = [(motion.time, error) for motion in moving for error in motion.errors.values()]
+
+    def term(frequency: float) -> Term:
+        def columns(motion: Motion) -> Array:
+            return ringing(motion.acceleration, motion.time, frequency)
+
+        return Term(("joint_acceleration", "history"), "load", columns)
+
+    return [term(frequency) for frequency in strongest(errors, SWINGS)]
 
 
 def _deflection_sign(motion: Motion) -> Array:
@@ -201,30 +232,17 @@ def _joint_history(motion: Motion) -> Array:
     """Friction of the joint that yields before it slips."""
     transmission = motion.model.transmission
     longest = sizes_of(transmission, motion.model.link).max_deflection
-    return _slipping(motion.position, longest / transmission.joint_pulley_radius)
+    return slipping(motion.position, longest / transmission.joint_pulley_radius)
 
 
 def _spring_history(motion: Motion) -> Array:
     """Hysteresis of the springs; a slack one shows none."""
     longest = sizes_of(motion.model.transmission, motion.model.link).max_deflection
     upper, lower = (
-        _slipping(elongation, longest) * (elongation > 0)[:, np.newaxis]
+        slipping(elongation, longest) * (elongation > 0)[:, np.newaxis]
         for elongation in motion.elongations
     )
     return motion.model.transmission.joint_pulley_radius * (upper - lower)
-
-
-def _slipping(values: Array, longest: float) -> Array:
-    """Elements that each follow (n,) values until they slip, by shares of `longest`; (n, k)."""
-    steps = np.diff(values).tolist()
-
-    def following(slip: float) -> Array:
-        def moved(stretched: float, step: float) -> float:
-            return min(max(stretched + step, -slip), slip)
-
-        return np.array(list(accumulate(steps, moved, initial=0.0)))
-
-    return np.column_stack([following(longest * share) for share in SLIPS])
 
 
 def moments(only: Motion) -> Term:

@@ -170,7 +170,7 @@ class Evidence:
 
     def refusal(self, answer: Answer, answers: Sequence[Answer]) -> str:
         """Why an answer may not be chosen among these, "" where it may."""
-        if not audible(answer, [part for part in answers if not self._tells(part, answer)]):
+        if not audible(answer, answers, [part for part in answers if self._tells(part, answer)]):
             return TOO_LITTLE
         return "" if self.lasting(answer, answers) else WORSE_ELSEWHERE
 
@@ -246,23 +246,23 @@ def misfit(square: float) -> float:
     return log(square) if square > 1.0 else square - 1.0
 
 
-def audible(answer: Answer, answers: Sequence[Answer]) -> bool:
+def audible(answer: Answer, answers: Sequence[Answer], told: Sequence[Answer] = ()) -> bool:
     """Whether an answer explains so much more than each with fewer of its effects that anybody
-    would hear of it, whatever the number of samples makes significant."""
+    would hear of it, whatever the number of samples makes significant; but for those of which
+    something else has told that it does."""
     own = _mean_square(answer.floored)
     unknown = max(map(_unknown_noise, answer.result.problem.measurements), default=0.0)
     # beside something unknown a richer law of the same thing has to earn its parameters so too
     beside = own > MUCH or (unknown > AUDIBLE**2 and own > AT_NOISE)
     laws = set(simpler(in_order(answer.added))) if beside else set()
-    left = [
-        _mean_square(part.floored)
-        for part in answers
-        if set(part.added) < set(answer.added) or part.added in laws
+    smaller = [
+        part for part in answers if set(part.added) < set(answer.added) or part.added in laws
     ]
-    most = max(left, default=0.0)
+    most = max((_mean_square(part.floored) for part in smaller), default=0.0)
+    asked = [part for part in smaller if not any(part is known for known in told)]
     return all(
         worth_hearing(before, own, unknown) and not _by_form(most - before, before, own)
-        for before in left
+        for before in (_mean_square(part.floored) for part in asked)
     )
 
 

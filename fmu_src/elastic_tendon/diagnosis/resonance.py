@@ -10,7 +10,7 @@ many frequencies as a short beginning tells apart are refitted to that too.
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from operator import attrgetter, itemgetter
+from operator import attrgetter
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.candidates import starts
 from elastic_tendon.diagnosis.evidence import MUCH
-from elastic_tendon.diagnosis.peaks import peaks
+from elastic_tendon.diagnosis.peaks import strongest
 from elastic_tendon.diagnosis.sets import model_with
 from elastic_tendon.effects.base import Parameter, Sizes
 from elastic_tendon.errors import ElasticTendonError
@@ -63,15 +63,15 @@ def holds_swinging(added: Iterable[str]) -> bool:
 def frequencies(effect_id: str, answer: Answer) -> list[float]:
     """Angular frequencies (rad/s) at which what an answer leaves may swing as an effect does, the
     likeliest first."""
-    lowest, highest = _range(_resonant(effect_id), _sizes(answer.result.model))
-    found = []
-    for recording, errors in zip(answer.result.problem.measurements, answer.errors, strict=True):
-        time = recording.time
-        even = np.linspace(time[0], time[-1], len(time))
-        for error in errors.values():
-            found += peaks(np.interp(even, time, error), even[1] - even[0], lowest, highest)
-    found.sort(key=itemgetter(1), reverse=True)
-    return [frequency for frequency, _ in found[:PEAKS]]
+    bounds = _range(_resonant(effect_id), _sizes(answer.result.model))
+    errors = [
+        (recording.time, error)
+        for recording, by_signal in zip(
+            answer.result.problem.measurements, answer.errors, strict=True
+        )
+        for error in by_signal.values()
+    ]
+    return strongest(errors, PEAKS, bounds)
 
 
 def may_hide(answer: Answer) -> bool:
