@@ -1,14 +1,14 @@
 """Answers that excerpts do not tell apart, and all samples do."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import pytest
 
 from elastic_tendon.diagnosis import confirmation
 from elastic_tendon.diagnosis.confirmation import LESS, MOST, confirm
 from elastic_tendon.diagnosis.evidence import DECISIVE_IN_PLACE, MUCH
-from elastic_tendon.progress import silent
+from elastic_tendon.progress import Progress, silent
 
 OFFSET, TORQUE, GRAVITY = ("joint_encoder_offset",), ("constant_torque",), ("gravity_load",)
 
@@ -52,11 +52,14 @@ def confirmed(monkeypatch) -> Callable[..., tuple[Ended, list[tuple[str, ...]]]]
     """A search after all samples were asked, and which sets were fitted to them."""
 
     def confirms(
-        evidence: dict[tuple[str, ...], float], left: float = 1.0
+        evidence: dict[tuple[str, ...], float], left: float = 1.0, beside: float | None = None
     ) -> tuple[Ended, list[tuple[str, ...]]]:
+        def fitted(_data: None, answer: Fit, _report: Progress, best: Fit | None = None) -> Fit:
+            return answer if best is None or beside is None else replace(answer, evidence=beside)
+
         search = Ended([Fit(added, value, left) for added, value in evidence.items()])
         monkeypatch.setattr(confirmation, "answers_alike", lambda search, _: tuple(search.allowed))
-        monkeypatch.setattr(confirmation, "on_everything", lambda _data, answer, _report: answer)
+        monkeypatch.setattr(confirmation, "on_everything", fitted)
         return search, list(confirm(None, search, silent))
 
     return confirms
@@ -66,6 +69,12 @@ def test_what_explains_less_of_all_samples_is_refused(confirmed) -> None:
     search, fitted = confirmed({OFFSET: 0.0, TORQUE: 1.1 * DECISIVE_IN_PLACE, GRAVITY: 5.0})
     assert fitted == [OFFSET, TORQUE, GRAVITY]
     assert search.refused == {TORQUE: LESS}
+
+
+def test_what_came_to_a_wrong_minimum_begins_again_beside_the_best(confirmed) -> None:
+    search, fitted = confirmed({OFFSET: 2.0 * DECISIVE_IN_PLACE, TORQUE: 0.0}, beside=1.0)
+    assert fitted == [OFFSET, TORQUE]
+    assert not search.refused
 
 
 def test_another_becomes_the_answer_where_all_samples_say_so(confirmed) -> None:

@@ -249,16 +249,6 @@ def test_an_effect_may_stand_for_the_little_of_the_noise_whose_shape_is_unknown(
     assert audible(loud, [clean, loud])
 
 
-def test_a_little_beside_a_large_effect_may_be_owed_to_the_form_of_its_law() -> None:
-    """A stop whose corner is round leaves little that a curved spring explains, say."""
-    clean, large, small = Made((), 900.0), Made(("gravity_load",), 1.3), Made(("joint_stop",), 30.0)
-    both = Made(("gravity_load", "joint_stop"), 1.0)
-    assert not audible(both, [clean, large, small, both])
-    # beside a small one it is an effect, as is what leaves much without it
-    assert audible(both, [Made((), 30.0), large, small, both])
-    assert audible(both, [clean, Made(("gravity_load",), 2.0), small, both])
-
-
 def test_against_a_large_error_only_a_share_of_it_is_heard() -> None:
     rough, better = Made((), 100.0), Made(("gravity_load",), 99.0)
     assert not audible(better, [rough, better])

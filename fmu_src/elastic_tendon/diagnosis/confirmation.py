@@ -7,7 +7,7 @@ from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import MUCH
 from elastic_tendon.diagnosis.rounds import answers_alike, undecided
 from elastic_tendon.diagnosis.search import Search
-from elastic_tendon.diagnosis.sets import Set
+from elastic_tendon.diagnosis.sets import Set, model_with
 from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.progress import Progress
 
@@ -18,11 +18,18 @@ MOST = 4  # answers that excerpts do not tell apart, which are fitted to everyth
 LESS = "explains less of all samples than what was taken"
 
 
-def on_everything(data: Data, answer: Answer, report: Progress) -> Answer:
-    """An answer that was found on excerpts, fitted to everything."""
+def on_everything(
+    data: Data, answer: Answer, report: Progress, beside: Answer | None = None
+) -> Answer:
+    """An answer that was found on excerpts, fitted to everything; from the parameters of another
+    beside it, as far as it has them, where there is one."""
     words = "confirming the answer on all samples"
     report(words, 0.0)
-    start = [answer.result.model]
+    values = answer.result.model.values()
+    if beside is not None:
+        other = beside.result.model.values()
+        values |= {path: other[path] for path in values.keys() & other}
+    start = [model_with(data.given, answer.added, values)]
     whole = refit(
         data.given, answer.added, data.whole, start, CONFIRMING, lambda share: report(words, share)
     )
@@ -57,7 +64,12 @@ def confirm(data: Data, search: Search, report: Progress) -> Mapping[Set, Answer
         values = search.evidence.of_fitted(fits)  # held-out recordings took part in the search
         best = fits[values.index(min(values))]
         for fit, value in zip(fits, values, strict=True):
-            if value > min(values) + undecided(best, fit):
-                search.refused[fit.added] = LESS
+            most = min(values) + undecided(best, fit)
+            if value > most:  # excerpts may have led it where all samples do not want it
+                again = on_everything(data, fit, report, best)
+                if search.evidence.of_fitted([*fits, again])[-1] > most:
+                    search.refused[fit.added] = LESS
+                else:
+                    whole[fit.added] = again
         if answer.added not in search.refused:
             return whole

@@ -33,9 +33,6 @@ DECISIVE_IN_PLACE = 20.0
 AUDIBLE = 0.15  # RMS of what an effect explains, in units of the noise or of what is left ...
 # ... and where more is left than this mean square: less than this may be some of the unknown
 MUCH, AUDIBLE_BESIDE = 2.25, 0.5
-# mean square up to which little is left, and RMS share of what other effects explain: less than
-# that may be owed to the form of their laws, which no real machine has exactly
-LITTLE, BY_FORM = 1.5, 0.025
 WORSE = 1.01  # times a held-out mean square that is no worse
 # times by which the mean square of the fitted recordings falls, and power of it by which held-out
 # ones of which neither answer explains much may then rise: what both lack rules there
@@ -170,7 +167,7 @@ class Evidence:
 
     def refusal(self, answer: Answer, answers: Sequence[Answer]) -> str:
         """Why an answer may not be chosen among these, "" where it may."""
-        if not audible(answer, answers, [part for part in answers if self._tells(part, answer)]):
+        if not audible(answer, [part for part in answers if not self._tells(part, answer)]):
             return TOO_LITTLE
         return "" if self.lasting(answer, answers) else WORSE_ELSEWHERE
 
@@ -246,30 +243,19 @@ def misfit(square: float) -> float:
     return log(square) if square > 1.0 else square - 1.0
 
 
-def audible(answer: Answer, answers: Sequence[Answer], told: Sequence[Answer] = ()) -> bool:
+def audible(answer: Answer, answers: Sequence[Answer]) -> bool:
     """Whether an answer explains so much more than each with fewer of its effects that anybody
-    would hear of it, whatever the number of samples makes significant; but for those of which
-    something else has told that it does."""
+    would hear of it, whatever the number of samples makes significant."""
     own = _mean_square(answer.floored)
     unknown = max(map(_unknown_noise, answer.result.problem.measurements), default=0.0)
     # beside something unknown a richer law of the same thing has to earn its parameters so too
     beside = own > MUCH or (unknown > AUDIBLE**2 and own > AT_NOISE)
     laws = set(simpler(in_order(answer.added))) if beside else set()
-    smaller = [
-        part for part in answers if set(part.added) < set(answer.added) or part.added in laws
-    ]
-    most = max((_mean_square(part.floored) for part in smaller), default=0.0)
-    asked = [part for part in smaller if not any(part is known for known in told)]
     return all(
-        worth_hearing(before, own, unknown) and not _by_form(most - before, before, own)
-        for before in (_mean_square(part.floored) for part in asked)
+        worth_hearing(_mean_square(part.floored), own, unknown)
+        for part in answers
+        if set(part.added) < set(answer.added) or part.added in laws
     )
-
-
-def _by_form(others: float, before: float, after: float) -> bool:
-    """Whether what lowers one mean square to another may be owed to the form of the laws of other
-    effects, which lowered it by `others`."""
-    return before <= LITTLE and before - after < BY_FORM**2 * others
 
 
 def _unknown_noise(recording: Measurement) -> float:
