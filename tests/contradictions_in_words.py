@@ -1,6 +1,6 @@
 """Whether a diagnosis contradicts itself: sentence, verdict, tables, ladder and neighbours."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from elastic_tendon import effects
@@ -57,6 +57,11 @@ def _of_rounds(document: Mapping[str, Any]) -> Iterator[str]:
     taken = [effect_id for entry in document["rounds"] for effect_id in entry["chosen"]]
     if set(taken) != set(document["added"]):
         yield "the rounds chose others than were added"
+    of_class = {part: group[0] for group in document["indistinguishable"] for part in group}
+
+    def classes(ids: Iterable[str]) -> set[str]:
+        return {of_class.get(effect_id, effect_id) for effect_id in ids}
+
     for entry in document["rounds"]:
         rows = {tuple(row["ids"]): row for row in entry["candidates"]}
         total = sum(row["probability"] for row in rows.values())
@@ -72,5 +77,7 @@ def _of_rounds(document: Mapping[str, Any]) -> Iterator[str]:
         if sure >= SURELY and sum(row["probability"] for row in alike) < 0.5:
             yield f"{entry['chosen']} is surely there, and unlikely in its round"
         for ids, row in rows.items():
-            if row not in alike and row["probability"] > chosen["probability"]:
+            # the sentence says that data do not tell it from what was found in the end
+            told = classes(entry["chosen"]) <= classes(ids) <= classes(document["added"])
+            if not told and row not in alike and row["probability"] > chosen["probability"]:
                 yield f"{ids} is likelier than {entry['chosen']}, which was chosen"

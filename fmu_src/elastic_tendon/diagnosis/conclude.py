@@ -450,7 +450,8 @@ def doubtful_values(answer: Answer) -> Iterator[str]:
 
 
 def _steps(data: Data, search: Search, found: Found) -> tuple[FittedStep, ...]:
-    values = search.evidence.of([_searched(search, answer) for _, _, answer in found.ladder])
+    searched = [_searched(search, answer) for _, _, answer in found.ladder]
+    values = search.evidence.of(searched, search.allowed)
 
     def step(
         title: str,

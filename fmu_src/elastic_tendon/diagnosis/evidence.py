@@ -84,12 +84,13 @@ class Evidence:
         infinite while the best leaves much, for then nobody knows what it may lead to."""
         return SURELY * self._least if self._least <= MUCH else np.inf
 
-    def of(self, answers: Sequence[Answer]) -> list[float]:
+    def of(self, answers: Sequence[Answer], among: Sequence[Answer] = ()) -> list[float]:
         """Evidence of each answer, in one scale; lower is better.
 
         Parameters
         ----------
         answers : Answer to the same recordings
+        among : those of which the best tells how many independent facts there are; these, if none
 
         Returns
         -------
@@ -97,10 +98,11 @@ class Evidence:
         """
         if not answers:
             return []
-        facts = self.facts(answers)
+        among = among or answers
+        facts = self.facts(among)
         judged = 0.0
         if self.heldout:
-            judged = self._judged(min(answers, key=self.heldout_square))
+            judged = self._judged(min(among, key=self.heldout_square))
         return [self._of(answer, facts, judged) for answer in answers]
 
     def of_fitted(self, answers: Sequence[Answer]) -> list[float]:

@@ -114,7 +114,7 @@ def answers_alike(search: Search, answer: Answer) -> tuple[Answer, ...]:
         for part in search.allowed
         if 0 < len(part.added) <= len(answer.added) and not set(part.added) <= set(answer.added)
     ]
-    values = search.evidence.of([answer, *others])
+    values = search.evidence.of([answer, *others], search.allowed)
     alike = tuple(
         part
         for part, value in zip(others, values[1:], strict=True)
@@ -151,7 +151,8 @@ def _order(evidence: float | None) -> float:
 
 def _evidence(search: Search, base: Answer, sets: Sequence[Set]) -> dict[Set, float]:
     """Evidence of refitted sets less that of an answer."""
-    own, *values = search.evidence.of([base, *(search.answers[added] for added in sets)])
+    answers = [base, *(search.answers[added] for added in sets)]
+    own, *values = search.evidence.of(answers, search.allowed)  # the scale of the choice
     return {added: value - own for added, value in zip(sets, values, strict=True)}
 
 
