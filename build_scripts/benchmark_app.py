@@ -3,11 +3,11 @@
     python build_scripts/benchmark_app.py [--rows N]
 
 Writes a recording of N rows (10⁶ unless said otherwise) of a machine that differs a little from
-its model, opens the app with it in headless Chromium, and prints the time from each click until the
-last figure that follows from it is drawn. Clicks while the missing torque is computed show whether
-long work keeps the page from answering; the last row is how long a model that runs in a page by
-itself takes to follow a slider. The targets are those of issue 25, for 10⁷ rows and less on two
-idle cores. Needs playwright and chromium.
+its model, opens the app with it in headless Chromium, and prints the time from each click, key or
+end of a drag, as the browser stamps it, until the last figure that follows from it is drawn. Clicks
+while the missing torque is computed show whether long work keeps the page from answering; the last
+row is how long a model that runs in a page by itself takes to follow a slider. The targets are
+those of issue 25, for 10⁷ rows and less on two idle cores. Needs playwright and chromium.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Locator
 
 # what drives the browser belongs to the tests and is not installed
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
@@ -43,11 +43,19 @@ NOISE = 2e-4  # rad
 TONES = ((0.5, 0.3), (0.11, 0.7), (0.05, 2.9))  # rad and Hz
 ANSWER, LOAD = 500.0, 1500.0  # ms, in which every interaction is answered; until the page is there
 FRAME = 16.7  # ms, of 60 a second
+FOLLOWS, SHORT = 50.0, 12_000  # ms, in which curves follow a slider beside so many rows: 12 s
 MOVES = 20  # of a slider
 FIRST, CURVES = "reading, and the first curves", 5.0  # s
-# tells when each figure was drawn last, and how many requests wait for an answer
+# tells when the user did something, and when each figure was drawn last, and how many requests wait
+# for an answer
 WATCH = """() => {
-  window.watched = {drawn: {}, waiting: 0};
+  window.watched = {drawn: {}, first: {}, waiting: 0, began: Infinity};
+  for (const kind of ["pointerup", "keydown"]) {
+    window.addEventListener(kind, told => {
+      window.watched.began = told.timeStamp;
+      window.watched.first = {};
+    }, true);
+  }
   const ask = window.fetch;
   window.fetch = (...all) => {
     window.watched.waiting += 1;
@@ -60,11 +68,13 @@ LISTEN = """() => {
     one.watched = true;
     one.on("plotly_afterplot", () => {
       window.watched.drawn[one.parentElement.id] = performance.now();
+      window.watched.first[one.parentElement.id] ??= performance.now();
     });
   }
 }"""
 TOOK = """graphs => Math.max(...graphs.map(one => window.watched.drawn[one] ?? 0))
   - window.watched.began"""
+FIRST_DRAWN = "graph => window.watched.first[graph] - window.watched.began"
 QUIET = 1500  # ms without a figure drawn, after which no other is expected
 SETTLED = f"""graphs => {{
   const last = Math.max(...Object.values(window.watched.drawn));
@@ -101,7 +111,7 @@ class Watched:
     def time(self, what: str, act: Callable[[], object], *graphs: str) -> None:
         """Do something, and note when the last of the figures that follow from it was drawn."""
         self.page.evaluate(LISTEN)
-        self.page.evaluate("() => { window.watched.began = performance.now(); }")
+        self.page.evaluate("() => { window.watched.began = Infinity; }")
         act()
         self.page.wait_for_function(SETTLED, arg=list(graphs), timeout=PATIENCE)
         took = float(self.page.evaluate(TOOK, list(graphs)))
@@ -162,7 +172,8 @@ def walk_through(seen: Watched) -> None:
     seen.time("zoom out", lambda: seen.page.locator("#compare-reset").click(), *both)
     page.get_by_text("Move parameters").click()
     slider = page.get_by_role("slider", name="inertia")
-    seen.time("a slider", lambda: slider.press("ArrowRight"), "compare-overlay")
+    seen.time("a slider, the first time", lambda: slider.press("ArrowRight"), "compare-overlay")
+    seen.rows.append(at_most("a slider", following(seen, slider), ANSWER, "ms"))
     seen.time("back from it", page.locator("#compare-back").click, "compare-overlay")
     seen.note("Where, for the first time", lambda: _open(seen, "Where", "where-maps"))
     page.wait_for_timeout(QUIET)
@@ -171,6 +182,31 @@ def walk_through(seen: Watched) -> None:
     seen.time("a cell of a map", lambda: click(*cell), curves)
     seen.time("back to Compare", lambda: seen.walk.step("Compare"), *both)
     seen.time("on to Where", lambda: seen.walk.step("Where"), curves, "where-torque")
+
+
+def following(seen: Watched, slider: Locator) -> float:
+    """How long curves take to follow a slider that was moved before, ms, median of some moves."""
+    took = []
+    for _ in range(MOVES):
+        slider.press("ArrowRight")
+        seen.page.wait_for_function(f"graph => ({FIRST_DRAWN})(graph) > 0", arg="compare-overlay")
+        took.append(float(seen.page.evaluate(FIRST_DRAWN, "compare-overlay")))
+        seen.page.wait_for_timeout(QUIET)
+    return statistics.median(took)
+
+
+def short(started: Browser, folder: Path) -> Row:
+    """How long curves take to follow a slider beside a recording of a usual length."""
+    path = folder / "short.csv"
+    write_recording(path, SHORT)
+    with served(MODEL, path) as url:
+        seen = Watched(Walk(started, url))
+        _open(seen, "Compare", "compare-overlay")
+        seen.page.get_by_text("Move parameters").click()
+        slider = seen.page.get_by_role("slider", name="inertia")
+        seen.time("a slider, the first time", lambda: slider.press("ArrowRight"), "compare-overlay")
+        took = following(seen, slider)
+    return at_most(f"app, {SHORT:.0e} rows: a slider", took, FOLLOWS, "ms")
 
 
 def _open(seen: Watched, step: str, graph: str) -> None:
@@ -219,7 +255,8 @@ def main() -> int:
             named = [
                 replace(row, what=f"app, {rows:.0e} rows: {row.what}") for row in [load, *seen.rows]
             ]
-            status = print_table(title, [*named, frame(started, Path(work))])
+            others = [short(started, Path(work)), frame(started, Path(work))]
+            status = print_table(title, [*named, *others])
             print("\n".join(walk.faults))
     return status
 

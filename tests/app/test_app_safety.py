@@ -54,6 +54,18 @@ def test_the_printed_url_is_answered(app: str) -> None:
     assert "unsafe-eval" not in headers["Content-Security-Policy"]
 
 
+def test_what_is_no_question_of_the_sliders_gets_a_sentence(app: str) -> None:
+    path = urlsplit(app).path + "moved"
+    kind = {"Content_Type": "application/json"}
+    for body in (b"", b"{}", b"[]", b'{"id": "", "key": "", "values": {"link.inertia": "x"}}'):
+        status, told, _ = ask(app, path, method="POST", body=body, **kind)
+        assert status == 400
+        assert "no question of the page's sliders" in told
+    unknown = b'{"id": "nobody", "key": "", "values": {"link.inertia": 1.0}}'
+    assert ask(app, path, method="POST", body=unknown, **kind)[:2] == (204, "")
+    assert ask(app, "/wrong/moved", method="POST", body=unknown, **kind)[0] == 404
+
+
 def test_a_browser_keeps_scripts_and_nothing_of_the_user(app: str) -> None:
     own = urlsplit(app).path
     kept = {

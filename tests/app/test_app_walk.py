@@ -386,6 +386,7 @@ def move(walk: Walk, presses: int) -> float:
     slider = walk.page.get_by_role("slider", name="inertia")
     for _ in range(presses):
         slider.press("ArrowRight")
+    slider.blur()  # the hand rests
     walk.settle()
     return float(slider.locator("xpath=../preceding-sibling::span").inner_text().split()[0])
 
@@ -427,6 +428,32 @@ def test_sliders_redraw_the_simulation_until_they_are_taken(compare: Walk) -> No
     compare.button("Take edits back").click()
     compare.settle()
     assert compare.document() == before
+
+
+def test_curves_follow_a_slider_while_it_moves(compare: Walk) -> None:
+    """Before the page's callbacks know of it, which draw the same once the hand rests."""
+    compare.page.locator("#compare-move").evaluate("part => { part.open = true; }")
+    move(compare, 1)  # the callbacks draw its curves first
+    curves = compare.page.locator("#compare-overlay").get_by_text("with the sliders: RMS")
+    slider = compare.page.get_by_role("slider", name="inertia")
+    value = slider.locator("xpath=../preceding-sibling::span")
+    label, number_before = curves.text_content(), value.inner_text()
+    stored = compare.page.evaluate("sessionStorage.getItem('compare-moved')")
+    with compare.page.expect_response("**/moved") as told:
+        slider.press("ArrowRight")
+    assert told.value.status == 200
+    assert value.inner_text() != number_before
+    found = told.value.json()
+    compare.page.locator("#compare-overlay").get_by_text(found["curves"][0]["name"]).wait_for()
+    assert curves.text_content() != label
+    slider.blur()
+    compare.settle()
+    assert curves.text_content() == found["curves"][0]["name"]
+    assert compare.page.evaluate("sessionStorage.getItem('compare-moved')") != stored
+    compare.button("Back to the model's values").click()
+    compare.settle()
+    assert curves.count() == 0
+    assert compare.faults == []
 
 
 def test_edits_are_taken_back_though_fields_answer_late(shared: Walk) -> None:

@@ -82,6 +82,13 @@ def test_stretches_where_a_model_errs_most_come_beside_the_liveliest() -> None:
     assert len({part.time[0] for part in again.fitted}) == len(again.fitted)
 
 
+def test_a_stretch_where_a_model_errs_may_be_the_last() -> None:
+    part = recording(16_000, step=0.1)
+    errors = np.where(np.arange(16_000) >= 15_700, 0.1, 0.0)
+    more = data_of(GIVEN, [part], []).with_worst([{"joint_position": errors}])
+    assert max(piece.time[-1] for piece in more.fitted) == part.time[-1]
+
+
 def test_excerpts_have_the_noise_of_the_whole_recording() -> None:
     whole = recording(50_000, step=0.2)
     sigma = whole.noise["joint_position"].sigma

@@ -6,6 +6,7 @@ from contextlib import suppress
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from effects_at import searched_in_positions
@@ -280,13 +281,30 @@ def test_neighbours_are_held_against_the_answer_to_the_same_excerpt(brief, monke
     assert len(answer.floored) < len(recording.time)
 
 
+def test_what_happens_where_no_excerpt_was_taken_is_no_disturbance(brief, monkeypatch) -> None:
+    """Ten times the noise is left of all samples, and nothing on what was searched."""
+    model, recording = brief
+    n = len(recording.time)
+    monkeypatch.setattr(excerpting, "MOST", n // 2)
+    monkeypatch.setattr(excerpting, "FEWER", n // 4)
+    monkeypatch.setattr("elastic_tendon.diagnosis.diagnose._not_shown", lambda *_: None)
+    searched = excerpting.data_of(model, [recording], []).fitted
+    seen = np.any(
+        [(recording.time >= part.time[0]) & (recording.time <= part.time[-1]) for part in searched],
+        axis=0,
+    )
+    bumped = recording.signals["joint_position"] + np.where(seen, 0.0, 0.02)
+    other = replace(recording, signals={**recording.signals, "joint_position": bumped})
+    found = diagnose(model, [other], options=Options(only=(COULOMB,)))
+    assert found.verdict == "unexplained"
+
+
 def test_what_excerpts_do_not_show_is_searched_where_the_answer_errs(brief, monkeypatch) -> None:
     model, recording = brief
     n = len(recording.time)
     monkeypatch.setattr(excerpting, "MOST", n // 2)
     monkeypatch.setattr(excerpting, "FEWER", n // 4)
-    monkeypatch.setattr("elastic_tendon.diagnosis.diagnose.FAR_MORE", 0.0)
-    monkeypatch.setattr("elastic_tendon.diagnosis.diagnose.MUCH", 0.0)
+    monkeypatch.setattr("elastic_tendon.diagnosis.diagnose.leaves_far_more", lambda *_: True)
     searched = []
 
     class Watched(Search):

@@ -449,6 +449,10 @@ class Workspace:
         """A path for a file of the server's own, which goes with the workspace at the latest."""
         return self._folder / (secrets.token_hex(8) + suffix)
 
+    def find(self, session_id: str) -> Session | None:
+        """The session of this id that is open; where a file has one, always that."""
+        return self._only or self._sessions.get(session_id)
+
     def open(self, stored: Stored | None) -> Session:
         """The session that a browser kept, or a new one; where a file has one, always that.
 

@@ -17,7 +17,7 @@ from elastic_tendon.diagnosis import too_small
 from elastic_tendon.diagnosis.answer import Answer
 from elastic_tendon.diagnosis.beginnings import beginning_notes
 from elastic_tendon.diagnosis.candidates import starts
-from elastic_tendon.diagnosis.confirmation import on_everything
+from elastic_tendon.diagnosis.confirmation import leaves_far_more, on_everything
 from elastic_tendon.diagnosis.contradictions import FARTHER, contradictions
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import (
@@ -132,6 +132,13 @@ def judge(data: Data, search: Search, found: Found, options: Options, report: Pr
         title, effect_id, answer = found.ladder[-1]
         whole = found.confirmed.get(answer.added) or on_everything(data, answer, report)
         found.ladder[-1] = (title, effect_id, whole)
+        if leaves_far_more(whole, answer):
+            found.lack = {name: _at_other_times(lack) for name, lack in found.lack.items()}
+
+
+def _at_other_times(lack: LackOfFit) -> LackOfFit:
+    """Of a signal that errs far more where no excerpt was taken: no noise or disturbance does."""
+    return replace(lack, p_value=0.0, significant=True, variables=("time",))
 
 
 def _compared(answer: Answer, recordings: Sequence[Measurement]) -> Comparison:

@@ -15,6 +15,7 @@ CONFIRMING = Effort(
     scouted=1, scouting=3, polished=0, evaluations=5, rounds=0, tolerance=1e-6
 )  # of a fit to everything that starts at the answer
 MOST = 4  # answers that excerpts do not tell apart, which are fitted to everything
+FAR_MORE = 4.0  # times the mean square on excerpts and on everything by which these differ
 LESS = "explains less of all samples than what was taken"
 
 
@@ -35,6 +36,11 @@ def on_everything(
     )
     report(words, 1.0)  # the fit ends quietly where it was interrupted
     return whole
+
+
+def leaves_far_more(answer: Answer, other: Answer) -> bool:
+    """Whether of one answer, on excerpts and on everything, the one leaves far more."""
+    return answer.mean_square > max(FAR_MORE * other.mean_square, MUCH)
 
 
 def confirm(data: Data, search: Search, report: Progress) -> Mapping[Set, Answer]:

@@ -276,14 +276,18 @@ def _excerpt(
     known = {name: noise.sigma for name, noise in short.noise.items()}
     short = replace(short, given_noise=known)
     length = max(wanted // stretches, FEWEST)
-    starts = np.arange(0, n - length + 1, length)
+    starts = np.unique([*range(0, n - length, length), n - length])  # the end too
     if errors is None:
         telling = np.abs(np.gradient(short.joint_position))
     else:
         telling = np.interp(short.time, measurement.time, errors**2)
     lively = [float(np.mean(telling[start : start + length])) for start in starts]
-    for start in sorted(starts[np.argsort(lively)[::-1][:stretches]]):
-        yield short.samples(slice(int(start), int(start) + length))
+    taken: list[int] = []
+    for start in starts[np.argsort(lively)[::-1]].tolist():
+        if len(taken) < stretches and all(abs(start - other) >= length for other in taken):
+            taken.append(start)
+    for start in sorted(taken):
+        yield short.samples(slice(start, start + length))
 
 
 def _coarser(model: Model, measurement: Measurement, wanted: int) -> Measurement:

@@ -17,9 +17,9 @@ from elastic_tendon.actuator.interfaces import AS_RECORDED
 from elastic_tendon.actuator.parameters import Model
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.conclude import Found, conclude, judge
-from elastic_tendon.diagnosis.confirmation import confirm
+from elastic_tendon.diagnosis.confirmation import confirm, leaves_far_more
 from elastic_tendon.diagnosis.data import Data, data_of
-from elastic_tendon.diagnosis.evidence import AT_NOISE, MUCH
+from elastic_tendon.diagnosis.evidence import AT_NOISE
 from elastic_tendon.diagnosis.options import Options
 from elastic_tendon.diagnosis.result import Diagnosis, Round
 from elastic_tendon.diagnosis.rounds import answers_alike, round_at
@@ -39,8 +39,6 @@ Ask = Callable[[Round], bool]
 # of a fit that was stopped before it had begun
 BEGUN = Effort(scouted=0, scouting=0, polished=0, evaluations=1, rounds=0, tolerance=1e-3)
 
-# times the mean square on excerpts and on everything by which they differ from one another
-FAR_MORE = 4.0
 # times the mean square, up to which a fit leaves no more than another that ended a little sooner
 NO_MORE = 1.001
 
@@ -176,6 +174,7 @@ def _diagnosed(
                 whole = found.confirmed[search.answer.added]
                 if options.horizon is None and (more := _not_shown(data, search, whole)):
                     wider, resumed = again(more, whole, search.work)
+                    resumed.exchange_alike(whole.added, found.confirmed)
                     confirmed = confirm(wider, resumed, resumed.progress)
                     if confirmed[resumed.answer.added].mean_square < NO_MORE * whole.mean_square:
                         data, search, found.confirmed = wider, resumed, confirmed
@@ -211,10 +210,9 @@ def _not_shown(data: Data, search: Search, whole: Answer) -> Data | None:
     Where that leaves far more than on excerpts, these lack what the machine does elsewhere. Where
     far less, they begin in the midst of a motion that springs or friction remember.
     """
-    left = search.answer.mean_square
-    if whole.mean_square > max(FAR_MORE * left, MUCH):
+    if leaves_far_more(whole, search.answer):
         return data.with_worst(whole.errors)
-    return data.everything if left > max(FAR_MORE * whole.mean_square, MUCH) else None
+    return data.everything if leaves_far_more(search.answer, whole) else None
 
 
 @contextmanager

@@ -6,7 +6,7 @@ removal, exchange or simpler law among its neighbours does better (`evidence`), 
 around it included, or when enough was simulated (`refits.MOST_WORK`).
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import filterfalse
@@ -171,6 +171,13 @@ class Search(Detours):
         added = in_order(answer.added)
         self.starts[added] = [answer.result.model]
         self._refit([added], "refitting what was found")
+
+    def exchange_alike(self, before: Set, alike: Iterable[Set]) -> None:
+        """Refit what other data did not tell from a set, and what came to that since beside it."""
+        further = set(self.answer.added) - set(before)
+        if set(before) <= set(self.answer.added):
+            sets = [in_order({*added, *further}) for added in alike]
+            self._refit(sets, "refitting what was not told apart")
 
     def look_on_from(self, answer: Answer) -> None:
         """One round by hand: additions to a model that somebody chose, the likeliest refitted."""

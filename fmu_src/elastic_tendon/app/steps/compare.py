@@ -1,6 +1,5 @@
 """The model beside the recordings: curves, errors, cursors, the loop of torque and deflection."""
 
-from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -35,6 +34,7 @@ from elastic_tendon.app.readings import (
     span,
     with_cursor,
 )
+from elastic_tendon.app.redrawing import BUCKETS, Seen, moved_curves, note, serve
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.sliders import (
     LABEL,
@@ -65,12 +65,11 @@ from elastic_tendon.app.workspace import Result, Session, Workspace
 from elastic_tendon.comparison.comparison import Comparison, FileComparison
 from elastic_tendon.comparison.conditions import Selection
 from elastic_tendon.comparison.locate import FileLocation
-from elastic_tendon.comparison.residuals import Array
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.progress import silent
 from elastic_tendon.reports.comparison_tables import failing_sentence, tolerance_sentence
 from elastic_tendon.reports.interactive.loop import torque_loop, torque_words
-from elastic_tendon.reports.interactive.overlay import Run, overlay, run_curves
+from elastic_tendon.reports.interactive.overlay import Run, overlay
 from elastic_tendon.reports.interactive.theme import THEMES, Theme, blank
 from elastic_tendon.reports.units import Shown, shown
 
@@ -85,7 +84,8 @@ HEAD = 56  # of the curves, whose recording is named above, pixels
 MODE_BAR = 32  # plotly's own buttons above the loop, pixels
 # a legend above would lie below plotly's own buttons where the figure is narrow
 BELOW = {"font": {"size": 11}, "y": -0.28, "yanchor": "top"}
-BUCKETS, DOTS = 800, 1500  # of curves and loop; more than these panels can distinguish
+DOTS = 1500  # of the loop; more than its panel can distinguish
+CURVES = 2  # of each model: simulated, and its error
 EMPTY = (None, "")  # fields of numbers
 FILTERS = [Input(f"compare-{field}", "value") for field in FIELDS]
 NO_READINGS = html.P(
@@ -238,6 +238,7 @@ def _register(app: Dash, workspace: Workspace) -> None:
     _register_tables(app, workspace)
     _register_loop(app, workspace)
     register(app, workspace)
+    serve(app, workspace)
 
 
 def _register_view(app: Dash, workspace: Workspace) -> None:
@@ -428,10 +429,12 @@ def _register_curves(app: Dash, workspace: Workspace) -> None:
         window = window_of(seen, chosen.recording)
         moved, _ = moved_runs(version, runs[-1].file, slid, window)
         static = runs[0].file.measurement.static
-        now = {"rest": rest, "moved": values, "curves": len(moved)}
+        now = {"id": session.id, "rest": rest, "moved": values, "curves": len(moved)}
+        file, first = runs[-1].file, 1 + CURVES * len(runs)
+        note(session, Seen(rest, version, file, chosen.signal, window, first))
         if moved and not static and drawn and drawn["rest"] == rest and drawn["curves"]:
-            curves = run_curves(moved[-1], chosen.signal, window=window, buckets=BUCKETS)
-            return moved_only(curves, len(runs)), *(no_update,) * 4, now
+            curves = moved_curves(moved[-1], chosen.signal, window)
+            return moved_only(curves, first), *(no_update,) * 4, now
         figure = overlay(
             [*runs, *moved],
             chosen.signal,
@@ -463,18 +466,14 @@ def marks_only(figure: Any) -> Patch:
     return changed
 
 
-def moved_only(curves: Sequence[Mapping[str, Any]], beside: int) -> Patch:
-    """The curves of the model that the sliders make; those of so many models beside it stay."""
+def moved_only(curves: Sequence[Mapping[str, Any]], first: int) -> Patch:
+    """The curves of the model that the sliders make, from their place in the figure; all others
+    stay."""
     changed = Patch()
-    for place, curve in enumerate(curves, 1 + len(curves) * beside):
+    for place, curve in enumerate(curves, first):
         for name, values in curve.items():
-            changed["data"][place][name] = values if isinstance(values, str) else _packed(values)
+            changed["data"][place][name] = values
     return changed
-
-
-def _packed(values: Array) -> dict[str, str]:
-    """Numbers as plotly's script takes them, which are read faster than text."""
-    return {"dtype": "f8", "bdata": b64encode(values.tobytes()).decode()}
 
 
 def window_of(seen: Mapping[str, Any] | None, recording: str) -> tuple[float, float] | None:

@@ -17,10 +17,10 @@ from elastic_tendon.app.readings import (
     chosen_words,
     strongest_bins,
 )
+from elastic_tendon.app.redrawing import BUCKETS
 from elastic_tendon.app.results import Files
 from elastic_tendon.app.step import PageStep, aria, while_open
 from elastic_tendon.app.steps.compare import (
-    BUCKETS,
     GESTURES,
     choosers,
     marks_only,
