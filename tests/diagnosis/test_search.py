@@ -304,7 +304,7 @@ def test_fewer_effects_are_no_other_answer(monkeypatch) -> None:
     both = in_order((*COULOMB, *GRAVITY))
     search._refit([COULOMB, GRAVITY, both], "refitting")
     # as where so much is unknown that nothing decides
-    monkeypatch.setattr(search.evidence, "of", lambda answers: [0.0] * len(answers))
+    monkeypatch.setattr(search.evidence, "of", lambda answers, _among: [0.0] * len(answers))
     assert answers_alike(search, search.answers[both]) == ()
 
 
