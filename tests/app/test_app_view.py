@@ -25,6 +25,7 @@ from elastic_tendon.app.readings import (
     strongest_bins,
     with_cursor,
 )
+from elastic_tendon.app.redrawing import BUCKETS, moved_curves
 from elastic_tendon.app.results import Compared
 from elastic_tendon.app.sliders import LABEL, moved_runs, moved_words
 from elastic_tendon.app.steps import compare as step
@@ -53,7 +54,7 @@ from elastic_tendon.comparison.residuals import rms
 from elastic_tendon.errors import MeasurementError
 from elastic_tendon.reports.comparison_tables import bin_cells, sample_shares
 from elastic_tendon.reports.interactive.loop import torque_loop
-from elastic_tendon.reports.interactive.overlay import Run, overlay, run_curves
+from elastic_tendon.reports.interactive.overlay import Run, overlay
 from elastic_tendon.reports.interactive.theme import THEMES
 from elastic_tendon.reports.units import number, shown
 
@@ -237,9 +238,9 @@ def test_a_move_changes_two_curves_and_nothing_else(
     version = session.document.version
     places = [{"of": version.mark, "values": {"link.inertia": value}} for value in (0.02, 0.025)]
     moved = [moved_runs(version, runs[-1].file, held)[0][0] for held in places]
-    drawn, wanted = (overlay([*runs, run], SIGNAL, buckets=100).to_dict() for run in moved)
-    curves = run_curves(moved[-1], SIGNAL, buckets=100)
-    for change in step.moved_only(curves, len(runs)).to_plotly_json()["operations"]:
+    drawn, wanted = (overlay([*runs, run], SIGNAL, buckets=BUCKETS).to_dict() for run in moved)
+    curves, first = moved_curves(moved[-1], SIGNAL, None), 1 + step.CURVES * len(runs)
+    for change in step.moved_only(curves, first).to_plotly_json()["operations"]:
         assert change["operation"] == "Assign"
         part, index, name = change["location"]
         drawn[part][index][name] = change["params"]["value"]
