@@ -2,11 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
 
 import pytest
 
 from elastic_tendon.diagnosis import confirmation
-from elastic_tendon.diagnosis.confirmation import LESS, MOST, confirm
+from elastic_tendon.diagnosis.confirmation import LESS, MOST, confirm, errs_more
 from elastic_tendon.diagnosis.evidence import DECISIVE_IN_PLACE, MUCH
 from elastic_tendon.progress import Progress, silent
 
@@ -93,3 +94,18 @@ def test_where_much_is_left_only_the_answer_is_fitted(confirmed) -> None:
     search, fitted = confirmed({OFFSET: 100.0, TORQUE: 0.0}, left=2.0 * MUCH)
     assert fitted == [OFFSET]
     assert not search.refused
+
+
+@pytest.mark.parametrize(("alone", "more"), [(2.0, True), (20.0, False)])
+def test_what_errs_more_than_with_fewer_effects_is_no_answer(alone, more, monkeypatch) -> None:
+    left = {OFFSET: alone, (*OFFSET, *TORQUE): 9.0}
+    monkeypatch.setattr(
+        confirmation,
+        "on_everything",
+        lambda _data, answer, _report: replace(answer, mean_square=left[answer.added]),
+    )
+    both = Fit((*OFFSET, *TORQUE), 0.0, 1.0)
+    search = SimpleNamespace(answer=both, answers={OFFSET: Fit(OFFSET, 9.0, 4.0)})
+    whole = replace(both, mean_square=9.0)
+    assert errs_more(None, search, whole, silent) is more
+    assert not errs_more(None, search, both, silent)  # excerpts show all

@@ -12,6 +12,7 @@ from elastic_tendon.actuator.parameters import load_model, typical_value
 from elastic_tendon.diagnosis import evidence
 from elastic_tendon.diagnosis.evidence import (
     DECISIVE,
+    HARDLY,
     Evidence,
     audible,
     beside_unknown,
@@ -201,6 +202,14 @@ def test_of_near_equals_the_simplest_is_taken() -> None:
 def test_of_laws_of_the_same_size_the_more_common_is_taken() -> None:
     drag = Made(("quadratic_drag",), 1.0)
     assert judge().best([BASE, drag, COULOMB]) is COULOMB
+
+
+def test_of_laws_of_the_same_size_the_likelier_is_taken_where_that_is_worth_a_mention() -> None:
+    likelier = Made(("quadratic_drag",), 0.995)
+    judging = judge()
+    values = judging.of([BASE, likelier, COULOMB])
+    assert HARDLY < values[2] - values[1] < DECISIVE
+    assert judging.best([BASE, likelier, COULOMB]) is likelier
 
 
 def test_what_nobody_would_hear_of_is_left_out() -> None:

@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from elastic_tendon.diagnosis.answer import Answer, refit
 from elastic_tendon.diagnosis.data import Data
 from elastic_tendon.diagnosis.evidence import MUCH
 from elastic_tendon.diagnosis.rounds import answers_alike, undecided
 from elastic_tendon.diagnosis.search import Search
-from elastic_tendon.diagnosis.sets import Set, model_with
+from elastic_tendon.diagnosis.sets import Set, model_with, without
 from elastic_tendon.estimation.fit import Effort
 from elastic_tendon.progress import Progress
 
@@ -17,6 +19,7 @@ CONFIRMING = Effort(
 MOST = 4  # answers that excerpts do not tell apart, which are fitted to everything
 FAR_MORE = 4.0  # times the mean square on excerpts and on everything by which these differ
 LESS = "explains less of all samples than what was taken"
+MORE = "errs more over all samples than without one of its effects"
 
 
 def on_everything(
@@ -45,7 +48,7 @@ def leaves_far_more(answer: Answer, other: Answer) -> bool:
 
 def confirm(data: Data, search: Search, report: Progress) -> Mapping[Set, Answer]:
     """Fit to everything the answer and what excerpts do not tell from it; refuse what explains less
-    there, until an answer remains.
+    there, or errs more than with fewer effects, until an answer remains.
 
     Parameters
     ----------
@@ -77,5 +80,19 @@ def confirm(data: Data, search: Search, report: Progress) -> Mapping[Set, Answer
                     search.refused[fit.added] = LESS
                 else:
                     whole[fit.added] = again
-        if answer.added not in search.refused:
+        if answer.added in search.refused:
+            continue
+        if not errs_more(data, search, whole[answer.added], report):
             return whole
+        search.refused[answer.added] = MORE
+
+
+def errs_more(data: Data, search: Search, whole: Answer, report: Progress) -> bool:
+    """Whether the answer, where it leaves far more of all samples than of excerpts, leaves more
+    than it would without one of its effects."""
+    if not leaves_far_more(whole, search.answer):
+        return False
+    fewer = (without(whole.added, effect_id) for effect_id in whole.added)
+    parts = [search.answers[added] for added in fewer if added in search.answers]
+    left = [on_everything(data, part, report).mean_square for part in parts]
+    return min(left, default=np.inf) < whole.mean_square

@@ -28,6 +28,7 @@ from elastic_tendon.estimation.stretches import independent_facts
 from elastic_tendon.measurement import Measurement
 
 DECISIVE = 10.0  # difference of evidence below which data do not decide
+HARDLY = 2.0  # ... that is not worth more than a bare mention
 # ... between an effect and one in its place: chance alone makes up to twice of what does not decide
 DECISIVE_IN_PLACE = 20.0
 AUDIBLE = 0.15  # RMS of what an effect explains, in units of the noise or of what is left ...
@@ -183,21 +184,20 @@ class Evidence:
         return MUCH < before < np.inf and FAR_LESS * self.heldout_square(answer) < before
 
     def best(self, answers: Sequence[Answer]) -> Answer:
-        """The simplest of those that cannot be told from the best, plausible ones before others."""
+        """The simplest of those that cannot be told from the best, plausible ones before others;
+        of equally simple ones the likeliest, and of those about as likely the most common."""
         values = self.of(answers)
-        near = [
-            answer
+        near = [  # also where all of them are infinite
+            (value, answer)
             for answer, value in zip(answers, values, strict=True)
-            if value <= min(values) + DECISIVE  # also where all of them are infinite
+            if value <= min(values) + DECISIVE
         ]
+        simplest = min(_simplicity(answer) for _, answer in near)
+        equals = [pair for pair in near if _simplicity(pair[1]) == simplest]
+        least = min(value for value, _ in equals)
+        alike = [answer for value, answer in equals if value <= least + HARDLY]
         order = list(effects.BY_ID)  # the catalogue begins with what is most common
-
-        def simplicity(answer: Answer) -> tuple[int, int, int, list[int]]:
-            places = sorted(order.index(effect_id) for effect_id in answer.added)
-            doubtful = len(implausible_values(answer))
-            return doubtful, answer.complexity, len(answer.added), places
-
-        return min(near, key=simplicity)
+        return min(alike, key=lambda answer: sorted(map(order.index, answer.added)))
 
     def lasting(self, answer: Answer, answers: Sequence[Answer]) -> bool:
         """Whether held-out recordings are met no worse than with fewer of the effects."""
@@ -227,6 +227,11 @@ class Evidence:
         if own <= HELDOUT_AT_NOISE or (left <= AT_NOISE and before > FAR_LESS * left):
             return False
         return explained(self.heldout_square(base), own) < LASTING * explained(before, left)
+
+
+def _simplicity(answer: Answer) -> tuple[int, int, int]:
+    """Less is simpler: values that hardly can be, parameters, effects."""
+    return len(implausible_values(answer)), answer.complexity, len(answer.added)
 
 
 def _fitted(answer: Answer, facts: float) -> float:
