@@ -356,6 +356,24 @@ def test_what_may_be_there_instead_is_said_with_it() -> None:
     )
 
 
+def test_of_many_rivals_a_sentence_names_the_first_and_counts_the_others() -> None:
+    many = ("lugre_friction", "coulomb_friction+gravity_load", "quadratic_drag", "joint_stop")
+    alone = {"gear_backlash": 1.0}
+    said = sentence("missing_effect", ("gear_backlash",), alone, alike=many)
+    assert said.startswith(
+        "Gear backlash, LuGre friction, Coulomb friction with Gravity load or one of 2 others is "
+        "surely missing, and these data do not tell which: "
+    )
+    three = sentence("missing_effect", ("gear_backlash",), alone, alike=many[:3])
+    assert "Quadratic drag" in three
+    assert "others" not in three
+    pair = ("gear_backlash", "spring_relaxation")
+    said = sentence("missing_effect", pair, dict.fromkeys(pair, 1.0), alike=many)
+    assert ", or else LuGre friction, Coulomb friction with Gravity load or one of 2 others, " in (
+        said
+    )
+
+
 def test_an_effect_of_unknown_certainty_is_perhaps_missing() -> None:
     assert "is perhaps missing" in sentence("missing_effect", ("gravity_load",))
 

@@ -12,7 +12,7 @@ from elastic_tendon.app.own_effects import known as known_effects
 from elastic_tendon.diagnosis.by_hand import LeftOpen, Proposed
 from elastic_tendon.diagnosis.experiment_text import titled, undisputed_text
 from elastic_tendon.diagnosis.result import Candidate, Round
-from elastic_tendon.diagnosis.verdict import LEFT, UNDECIDED, hedge
+from elastic_tendon.diagnosis.verdict import LEFT, UNDECIDED, few, hedge
 from elastic_tendon.effects.base import Effect
 from elastic_tendon.errors import ModelError
 from elastic_tendon.estimation.add import check_welcome
@@ -139,7 +139,7 @@ def suggestion(search_round: Round, left_open: LeftOpen | None = None) -> str:
     instead = [titled(name) for name in left_open.names[1:]] if left_open is not None else []
     if not instead:
         return f"{reason}, and is {sure} there."
-    return f"{reason}; it or {' or '.join(instead)} is {sure} there, and {UNDECIDED} which."
+    return f"{reason}; it or {' or '.join(few(instead))} is {sure} there, and {UNDECIDED} which."
 
 
 def _chance(search_round: Round) -> float:

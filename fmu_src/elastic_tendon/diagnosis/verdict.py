@@ -25,6 +25,7 @@ OFF = 3.0  # times the noise, from which the error as given is no matter of its 
 ELSEWHERE, MORE_THAN_FITTED = 5.0, 3.0
 FALSE_SHIFTS = 0.05  # of any parameter, where none is wrong
 UNDECIDED = "these data do not tell"
+MOST_NAMED = 3  # rivals of an answer in a sentence; all of them are listed beside it
 SURELY, PROBABLY = 0.99, 0.9  # probabilities from which these words are used
 
 
@@ -300,11 +301,11 @@ def missing(added: Sequence[str], certainty: Mapping[str, float], alike: Sequenc
     """
     titles = [effects.BY_ID[effect_id].title for effect_id in added]
     words = [hedge(certainty.get(effect_id, 0.0)) for effect_id in added]
-    instead = [titled(name) for name in dict.fromkeys(filter(None, alike))]
+    instead = few([titled(name) for name in dict.fromkeys(filter(None, alike))])
     if len(titles) == 1 and instead:
         # what is so certain is that one of them is there
         return f"{_listed([*titles, *instead], 'or')} is {words[0]} missing, and {UNDECIDED} which"
-    rivals = f", or else {' or '.join(instead)}, which {UNDECIDED} apart" if instead else ""
+    rivals = f", or else {_listed(instead, 'or')}, which {UNDECIDED} apart" if instead else ""
     if len(set(words)) == 1:
         verb = "is" if len(titles) == 1 else "are"
         return f"{_listed(titles, 'and')} {verb} {words[0]} missing{rivals}"
@@ -312,7 +313,14 @@ def missing(added: Sequence[str], certainty: Mapping[str, float], alike: Sequenc
     return f"Missing: {', '.join(parts)}{rivals}"
 
 
+def few(names: Sequence[str]) -> Sequence[str]:
+    """Names of rivals that a sentence can hold: of many the first, and how many others."""
+    others = len(names) - MOST_NAMED + 1
+    return [*names[: MOST_NAMED - 1], f"one of {others} others"] if others > 1 else names
+
+
 def _listed(titles: Sequence[str], word: str) -> str:
+    """As "A, B or C", with that word before the last."""
     *first, last = titles
     return f"{', '.join(first)} {word} {last}" if first else last
 
